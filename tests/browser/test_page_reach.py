@@ -53,6 +53,28 @@ def test_stop_is_large_and_free_whatever_is_open(visit: Open, size: tuple[int, i
     assert here.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
+def test_on_a_phone_no_menu_and_no_dialog_lies_under_stop(visit: Open) -> None:
+    here = visit(size=PHONE)
+    stop = here.find(".stop").bounding_box()
+    assert stop is not None
+    here.find("app-menu button").first.click()
+    for opened in ("app-menu .popover", "settings-sheet .sheet", "key-sheet .sheet"):
+        box = here.find(opened).bounding_box()
+        assert box is not None and box["y"] + box["height"] <= stop["y"], opened
+        here.page.keyboard.press("Escape")
+        name = "show-settings" if "menu" in opened else "show-keys"
+        here.page.evaluate(f"dispatchEvent(new CustomEvent('{name}'))")
+
+
+def test_the_bar_ends_before_stop_in_german_too(visit: Open) -> None:
+    german = "localStorage.setItem('beckon.language', 'de')"
+    others = [visit(size=(1200, 800), before=lambda page: page.add_init_script(german)) for _ in range(2)]
+    for width in (1030, 1200, 1280, 1440):
+        others[0].page.set_viewport_size({"width": width, "height": 800})
+        menu, stop = (others[0].find(part).bounding_box() for part in ("app-menu", "stop-button"))
+        assert menu and stop and menu["x"] + menu["width"] <= stop["x"], width
+
+
 SIZES = [(1280, 720), (1030, 640), (1440, 900), (1366, 650), (820, 1180), (844, 390), (720, 450), (390, 844)]
 # What an operator looks at: camera whole, tabs beside it and not over it, a map to press, STOP, status, words.
 WHOLE = """() => {

@@ -97,6 +97,13 @@ def test_what_is_not_there_is_refused_and_the_robot_stays(console: Running, url:
     assert console.ask("api/robot/connection")["connection"]["url"].startswith("sim:")
 
 
+def words_are_inside(here: Visit) -> None:
+    """The difference of both ways ends within its bar, in a narrow window too."""
+    here.page.set_viewport_size({"width": 1100, "height": 800})
+    bar, words = (here.find(part).bounding_box() for part in ("playback-bar", "playback-ways .difference"))
+    assert bar and words and words["x"] + words["width"] <= bar["x"] + bar["width"]
+
+
 def take_film_and_part(here: Visit) -> None:
     """Two seconds of the form that is open."""
     here.page.get_by_label("From [s]").fill("0.5")
@@ -163,6 +170,7 @@ def test_a_drive_is_recorded_kept_named_deleted_and_played(visit: Open, console:
     expect(here.find("playback-ways .difference")).to_contain_text(
         re.compile("apart, at most|The same to the last bit"), timeout=LONG
     )
+    words_are_inside(here)
     here.button("As computed now").click()
     expect(here.button("As computed now")).to_have_attribute("aria-pressed", "true")
     here.button("Export…").click()

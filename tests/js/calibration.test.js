@@ -52,6 +52,7 @@ test("an address leads back to the place it was made for", () => {
 
 test("in a mirror left is right, in every word and nowhere else", () => {
   assert.equal(mirrored("Left edge away, fill the top right."), "Right edge away, fill the top left.");
+  assert.equal(mirrored("nach links, näher"), "nach rechts, näher");
   assert.equal(mirrored("Leftover brightness"), "Leftover brightness");
 });
 

@@ -28,10 +28,10 @@ export function hint(corners, wanted, width) {
   const [across, down] = [to[0] - from[0], to[1] - from[1]];
   /** @type {string[]} */
   const directions = [];
-  if (Math.abs(across) > FAR * width) directions.push(across > 0 ? "right" : "left");
-  if (Math.abs(down) > FAR * width) directions.push(down > 0 ? "down" : "up");
-  if (scale > NEARER) directions.push("closer");
-  else if (scale < 1 / NEARER) directions.push("farther");
+  if (Math.abs(across) > FAR * width) directions.push(across > 0 ? t("board-hint.right") : t("board-hint.left"));
+  if (Math.abs(down) > FAR * width) directions.push(down > 0 ? t("board-hint.down") : t("board-hint.up"));
+  if (scale > NEARER) directions.push(t("board-hint.closer"));
+  else if (scale < 1 / NEARER) directions.push(t("board-hint.farther"));
   if (!directions.length && shapes(corners, wanted, from, to, scale) > SHAPE * width)
     directions.push(t("board-hint.tilt_it_as_drawn"));
   return { from, to, words: directions.join(", "), there: directions.length === 0 };

@@ -3,7 +3,7 @@
 import { sentenceOf } from "../net/api.js";
 import { sure } from "../ui/confirm-button.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import * as api from "./api.js";
 import { BeforeAfter } from "./before-after.js";
 import { ExportsCard } from "./exports-card.js";
@@ -104,7 +104,12 @@ class CalibrationReview extends WizardStep {
     );
     const former = calibration.active_compare ? KEPT : "";
     const foreign = solution && kind === "camera" ? FOREIGN[calibration.source] : "";
-    write(this.#words, solving ? `${solving.words} …` : `${progress.words}${used ? former : older ? OTHER : foreign}`);
+    write(
+      this.#words,
+      solving
+        ? `${inLanguage(solving.words)} …`
+        : `${inLanguage(progress.words)}${used ? former : older ? OTHER : foreign}`,
+    );
     write(this.#says, may ? this.#refused : t("calibration-review.you_are_watching_only_an_operator"));
     this.#accept.hidden = !may || used || !solution;
     this.#force.hidden = !may || used || this.#refused === "" || !solution;
@@ -112,7 +117,7 @@ class CalibrationReview extends WizardStep {
     this.#again.hidden = !may || views.length < 4 || solving !== null;
     this.#undo.hidden = !may || !used;
     this.#next.hidden = !may || !used || kind !== "camera" || calibration.source !== "robot";
-    write(this.#more, t("calibration-review.take_more_words", { word }));
+    write(this.#more, t("calibration-review.take_more_words", { words: inLanguage(`${word}s`) }));
     mark(this.#more, "class", `button${!good && !used ? " primary large" : ""}`);
     this.#more.hidden = !may;
 

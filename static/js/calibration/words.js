@@ -6,12 +6,18 @@ import { t } from "../ui/texts.js";
 
 const CALM = new Set(["nothing", "moving", "gathering", "same", "background"]);
 const STAYS_MS = 1400; // a judgement stays that long before "hold still" may take its place
+const OTHER = /** @type {Readonly<Record<string, string>>} */ ({
+  left: "right",
+  right: "left",
+  links: "rechts",
+  rechts: "links",
+});
 const SETTLES_MS = 1600; // a calm word is spoken when it still holds after that
 
 /** Swap left and right in words about a mirrored picture. @param {string} words */
 export function mirrored(words) {
-  return words.replace(/\b(left|right)\b/gi, (word) => {
-    const other = word.toLowerCase() === "left" ? "right" : "left";
+  return words.replace(/\b(left|right|links|rechts)\b/gi, (word) => {
+    const other = OTHER[word.toLowerCase()] ?? word;
     return word[0] === word[0]?.toUpperCase() ? other.charAt(0).toUpperCase() + other.slice(1) : other;
   });
 }
