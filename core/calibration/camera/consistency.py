@@ -35,8 +35,7 @@ MINORITY = 1 / 3  # share of the views up to which the others decide
 PRIOR = np.array(
     [0.3, 0.3, 0.1, 0.1, 0.3, 0.5, 0.03, 0.03]
 )  # of f, f, width, width, k1, k2, p1, p2: another camera's
-FALSE_ALARM_CHANCE = 3e-5  # of two cameras where there is one, over all ways to part the views
-FALSE_VARIATION_CHANCE = 3e-6  # of a variation where there is none, over all that is tried
+FALSE_ALARM_CHANCE = 3e-5  # of two cameras, or a variation, where there is none, over all ways that are tried
 OWN_LEAST = 1e-6  # of a view's scaled information: below this it says nothing of a direction
 SAME_FOCAL = 0.01  # share by which the focal lengths of one lens setting differ at most
 NEARER_SHARE = 0.5  # a turned or mirrored picture's middle lies so much nearer to the other camera's than to its own
@@ -147,7 +146,7 @@ def find_variation(corners: Corners, solution: BundleSolution) -> Variation | No
         chances[code] = min(
             _chance_of_gain(tried[code], whole, rest), _chance(*_score(known, own, common, whole), rest)
         )
-    least = np.log(FALSE_VARIATION_CHANCE / 2 / len(chances))
+    least = np.log(FALSE_ALARM_CHANCE / 2 / len(chances))
     beyond = {code: tried[code] for code, chance in chances.items() if chance < least}
     if not beyond:
         return None

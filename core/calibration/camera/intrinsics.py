@@ -128,9 +128,9 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
     of_board = () if found.shape is None else found.shape.unknowns
     precision = known.of((*free, *of_board)).precision.sum(axis=0)
     covariance = bundle_adjustment.covariance(precision, noise)[: len(free), : len(free)]
+    covariance, doubts = _with_focal_doubt(corners, solution, free, covariance)
     if isinstance(found.part, Variation):
         covariance = covariance * max(found.part.excess, 1.0)
-    covariance, doubts = _with_focal_doubt(corners, solution, free, covariance)
     figures = influence.figures(solution.camera, covariance)
     brought = influence.with_each(corners, solution, free)
     verdicts = _verdicts(views, corners, everything, solution, board, figures, brought)
@@ -161,7 +161,7 @@ UNDECIDED_CODES = (
     *("camera.two_settings", "camera.focal_varies", "camera.middle_varies", "camera.skew"),
     *("camera.focal_undecided", "camera.one_tilt"),
 )
-MUCH_LESS = 0.9  # share of the squared errors that two cameras leave, below which views vary instead
+LEFT_BY_VARIATION = 0.95  # share of the squared errors that two cameras leave, below which views vary instead
 MAX_OFF_CENTRE = 0.15  # of the longer side of the picture that the lens may have its middle away from the picture's
 MIN_TILT_DEG = 3.0  # between the boards of any two views: parallel boards do not tell the focal length
 
@@ -209,7 +209,7 @@ def _part_of(found: _Found, size: tuple[int, int]) -> PictureGroup | Variation |
     part = consistency.find_part(every, found.solution, size)
     variation = consistency.find_variation(found.corners, found.solution)
     if part is not None and variation is not None:
-        return variation if variation.left < MUCH_LESS * part.left else part
+        return variation if variation.left < LEFT_BY_VARIATION * part.left else part
     return part or variation
 
 
