@@ -98,10 +98,13 @@ def test_what_is_not_there_is_refused_and_the_robot_stays(console: Running, url:
 
 
 def words_are_inside(here: Visit) -> None:
-    """The difference of both ways ends within its bar, in a narrow window too."""
-    here.page.set_viewport_size({"width": 1100, "height": 800})
-    bar, words = (here.find(part).bounding_box() for part in ("playback-bar", "playback-ways .difference"))
-    assert bar and words and words["x"] + words["width"] <= bar["x"] + bar["width"]
+    """The difference of both ways ends within its bar, and leaves the timeline its width, in every window."""
+    for width in (1100, 1440, 1920):
+        here.page.set_viewport_size({"width": width, "height": 1000})
+        parts = ("playback-bar", "playback-ways .difference", ".timeline")
+        bar, words, line = (here.find(part).bounding_box() for part in parts)
+        assert bar and words and words["x"] + words["width"] <= bar["x"] + bar["width"], width
+        assert line and line["width"] >= 190, width
 
 
 def take_film_and_part(here: Visit) -> None:
