@@ -494,7 +494,9 @@ class Pilot:
         vision, hearing, lost = self._vision, self._hearing, self._mapper.lost
         yield "blind", BLIND if self._is_blind else "", "warning", ""
         yield "base", frame.trouble, "error", Statement("pilot.base_answers")
-        yield "place", lost.words if lost else "", "warning", self._mapper.found or Statement("pilot.found")
+        expected = lost is not None and lost.asked and lost.phase != "asking"
+        place = lost.words if lost else ""
+        yield "place", place, "info" if expected else "warning", self._mapper.found or Statement("pilot.found")
         for (kind, name), trouble in self._repeats.troubles():
             yield f"hanging {kind} {name}", trouble, "warning", Statement("sensor.shows_new", kind=kind, name=name)
         yield from self._lost_sensors()

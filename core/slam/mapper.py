@@ -227,7 +227,7 @@ class Mapper:
         """With the first frame in a loaded map the search for the robot's place begins."""
         if self._enters:
             self._enters = False
-            self._monitor.begin(stamp, "this map was just loaded", self.grid, self._believed)
+            self._monitor.begin(stamp, "this map was just loaded", self.grid, self._believed, asked=True)
 
     def _predict(self, motion: Motion) -> None:
         self.submaps.active.advance(motion.increment)

@@ -42,6 +42,7 @@ class LostStatus:
     words: str  # a sentence: what is being done, or what the operator should do
     since: float  # [s], robot clock
     candidates: Array  # (K, 3) x, y [m], heading [rad], world; best first
+    asked: bool = False  # an operator began it: a map was loaded, or another place clicked
 
 
 @message

@@ -86,7 +86,7 @@ class LocalizationMonitor:
     def clicked(self, stamp: float, click: Click, grid: OccupancyGrid, believed: Pose) -> None:
         """Search at the place that the operator clicked; the robot believes to be at `believed`."""
         if self._recovery is None:
-            self.begin(stamp, "you clicked another place", grid, believed)
+            self.begin(stamp, "you clicked another place", grid, believed, asked=True)
         if self._recovery is not None:
             self._recovery.place_at(click)
 
@@ -104,7 +104,11 @@ class LocalizationMonitor:
             self._detector.calm()
         return found
 
-    def begin(self, stamp: float, why: str, grid: OccupancyGrid, before: Pose | None = None) -> None:
-        """Look for the robot's place on this map; `why`: a clause for the operator; `before`: where it may yet be."""
+    def begin(
+        self, stamp: float, why: str, grid: OccupancyGrid, before: Pose | None = None, *, asked: bool = False
+    ) -> None:
+        """Look for the robot's place on this map; `why`: a clause for the operator; `before`: where it may yet be;
+        `asked`: an operator began it.
+        """
         self._odometry = Pose()
-        self._recovery = Recovery(stamp, why, grid, usual=self._detector.usual, before=before)
+        self._recovery = Recovery(stamp, why, grid, usual=self._detector.usual, before=before, asked=asked)

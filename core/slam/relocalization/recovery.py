@@ -69,13 +69,15 @@ class Recovery:
         points: Array | None = None,
         usual: float = 1.0,
         before: Pose | None = None,
+        asked: bool = False,
     ) -> None:
         """`why`: a clause for the operator. The map as it is now: grid and points (K, 2) [m] of its walls, world.
 
         `usual`: usual share of a scan's points (0..1) that lie at the map's walls (`KidnapDetector.usual`).
         `before`: where the robot believed to be until now, unless it was felt to be carried away.
+        `asked`: an operator began it.
         """
-        self._usual, self._before = usual, before
+        self._usual, self._before, self._asked = usual, before, asked
         self.turn = 0.0  # [rad/s] that the robot should turn on the spot now, if it may
         self.waiting = False  # for a view from somewhere else
         self._since = self._now = stamp
@@ -95,7 +97,9 @@ class Recovery:
     def lost(self) -> LostStatus:
         """For the operator."""
         places = np.array([place.vector for place in self._places]).reshape(-1, 3)
-        return LostStatus(phase=self._phase, words=self._words, since=self._since, candidates=places)
+        return LostStatus(
+            phase=self._phase, words=self._words, since=self._since, candidates=places, asked=self._asked
+        )
 
     def place_at(self, click: Click) -> None:
         """Search around a place that the operator clicked first."""

@@ -71,6 +71,7 @@ def test_a_map_is_kept_and_entered_and_the_robot_finds_its_place_in_it(tmp_path:
     entered = second.step(robot.read())
     assert entered.floor.lost is not None
     assert "this map was just loaded" in entered.floor.lost.words
+    assert [one.level for one in entered.notices if one.cause == "place"] == ["info"], "no incident is kept of it"
     with pytest.raises(Refused, match="Not now"):
         second.tell(1, command("continue 1 meters"), "typed", "anna")
     second.step(robot.read())
