@@ -382,7 +382,14 @@ def frozen(drive: Drive) -> None:
 ENDS = {  # the state in which each fault leaves a route, and how the reason begins
     "block": (
         "ended",
-        ("I know of no way", "Each way", "Something blocks", "The robot gets no further", "The way took"),
+        (
+            "I know of no way",
+            "Each way",
+            "Something blocks",
+            "The robot gets no further",
+            "The way took",
+            "That place is",
+        ),
     ),
     "kidnap": ("paused", ("The robot lost its place",)),
     "low battery": ("paused", ("The battery is low",)),
