@@ -48,6 +48,7 @@ const LINE_PX = 15; // by which lines of words are apart
 const SMALL_PX = 300; // a map that is no wider has no words
 const SAME_M = 0.6; // [m] within which the person who is followed is someone in the room
 export const PIN_PX = 12; // of a place: height of its head
+const TOOLS_PX = 48; // width of the map's tools
 const BAR_PX = 60; // [px] that the scale has at least
 const SCALE_PX = 14; // from the edges of what no panel covers
 
@@ -63,7 +64,8 @@ export function drawFlat(canvas, view, scene) {
   const colour = (name) => colourOf(canvas, name);
   const brush = new Brush(context, view, colour, canvas.clientWidth < SMALL_PX);
   const { state, layers, robot } = scene;
-  brush.inside = { left: scene.covered.left, right: canvas.clientWidth - scene.covered.right };
+  const { left, right } = scene.covered;
+  brush.inside = { left, right: canvas.clientWidth - right - (right && TOOLS_PX) }; // the small view has none
   brush.keepFree(robot);
   if (layers.has("places")) for (const { x_m: x, y_m: y } of scene.places) brush.keepFree({ x, y }, PIN_PX / 2);
   if (layers.has("people")) for (const { x_m: x, y_m: y } of scene.room) brush.keepFree({ x, y }, LINE_PX - 3);
@@ -541,9 +543,10 @@ class Brush {
     context.font = LABEL;
     const wide = context.measureText(words).width;
     const beside = [x + 13, x - 13 - wide, x + FARTHER_PX, x - FARTHER_PX - wide]; // farther off: the robot stands on it
-    const rows = [0, LINE_PX, 2 * LINE_PX, 3 * LINE_PX].flatMap((far) => [ABOVE - far, BELOW + far]);
+    if (down) beside.push(x - wide / 2);
+    else beside.unshift(x - wide / 2);
+    const rows = [0, 1, 2, 3, 4, 5, 6].flatMap((far) => [ABOVE - far * LINE_PX, BELOW + far * LINE_PX]);
     const sides = [down, ...rows].flatMap((dy) => beside.map((left) => [left, y + dy]));
-    if (!down) sides.unshift([x - wide / 2, y]);
     const free = sides.find(
       ([left = 0, low = 0]) =>
         left >= this.inside.left &&
@@ -553,8 +556,9 @@ class Brush {
     if (!free) return;
     const [left = 0, low = 0] = free;
     this.#written.push({ left, low, wide });
-    const near = left > x ? left - 3 : left + wide + 3;
-    if (low - y < ABOVE || low - y > BELOW) this.#leader(x, y, near, low - LINE_PX / 3);
+    const near = Math.max(left - 3, Math.min(x, left + wide + 3));
+    const edge = near === x ? (low > y ? 2 - LINE_PX : 3) : -LINE_PX / 3; // of the words, or beside their middle
+    if (low - y < ABOVE || low - y > BELOW) this.#leader(x, y, near, low + edge);
     context.lineJoin = "round";
     context.lineWidth = 4;
     context.strokeStyle = this.colour("surface");
