@@ -19,6 +19,7 @@ from core.message import Array, message
 
 LEAST_SHARE = 0.2  # of the squared errors that a rival must explain …
 LEAST_F = 30.0  # … and by how much more per unknown than noise does
+LEAST_STRENGTH = 36.0  # square of the standard deviations by which a board's shape differs, per unknown
 LEAST_ASPECT = 0.002  # by which a square's height over its width differs from 1
 SHAPES = {
     "board.unequal_squares": (len(PARAMETERS),),
@@ -459,7 +460,9 @@ def find_shape(
         spread = covariance[len(PAPER) :, len(PAPER) :] * bundle_adjustment.noise(shaped, solution, PAPER) ** 2
         strength = float(found @ np.linalg.solve(spread, found)) / len(found)
         extent = float(found[0] if len(found) == 1 else np.ptp(found @ forms[:, :, 2]))
-        if abs(extent) < least * (turn + 1) / (SHAPE_TURNS + 1) or (turn == SHAPE_TURNS and strength < LEAST_F):
+        if abs(extent) < least * (turn + 1) / (SHAPE_TURNS + 1) or (
+            turn == SHAPE_TURNS and strength < LEAST_STRENGTH
+        ):
             return None
         shaped = corners._replace(points=corners.points + np.tensordot(found, forms, 1))
         solution = bundle_adjustment.refine(shaped, solution, PAPER)
