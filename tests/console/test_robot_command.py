@@ -29,6 +29,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(f"core.robots.conformance.{name}", 1.0)
     for name in ("TURN_RAD", "AHEAD_M", "AFTER_S"):
         monkeypatch.setattr(f"core.robots.conformance.{name}", 0.01)
+    monkeypatch.setattr("core.robots.conformance.FRAME_SHARE", 0.2)  # of a busy computer
 
 
 @pytest.fixture

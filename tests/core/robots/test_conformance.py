@@ -388,6 +388,7 @@ def test_a_fault_of_a_driver_is_found_and_named(
 ) -> None:
     for name in ("SENSOR_START", "MIN_MEASURING_S", "TEST_DRIVE_S"):
         monkeypatch.setattr(f"core.robots.conformance.{name}", 0.8)
+    monkeypatch.setattr("core.robots.conformance.FRAME_SHARE", 0.2)  # of a busy computer
     (tmp_path / "faulty_robot.py").write_text(FAULTY.replace("{fault}", fault))
     report = check_robot(f"py:{tmp_path}/faulty_robot.py:", drive=fault in ("drive", "stop"))
     bad = {check.name: check.advice for check in report.checks if not check.passed}
