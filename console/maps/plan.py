@@ -117,8 +117,9 @@ class PlanLayout:
                 lines.append([(x, y), end])
         return names, lines
 
-    def words(self, plan: PrintedPlan) -> list[tuple[float, float, str]]:
-        """Return every text with its lower left corner [mm]."""
+    def words(self, plan: PrintedPlan) -> tuple[list[tuple[float, float, str]], list[list[tuple[float, float]]]]:
+        """Return every text with its lower left corner, and the lines to far names [mm]."""
+        names, lines = self.names(plan)
         right = PAGE_MM[0] - MARGIN_MM - 2 * AXIS_MM
         bar = MARGIN_MM + self.bar_m * self.mm_per_m + 3
         return [
@@ -126,8 +127,8 @@ class PlanLayout:
             (bar + 20, MARGIN_MM, plan.title),
             (right + AXIS_MM + 1.5, MARGIN_MM - 1, "x"),
             (right - 1, MARGIN_MM + AXIS_MM + 1.5, "y"),
-            *self.names(plan)[0],
-        ]
+            *names,
+        ], lines
 
 
 def is_free(left: float, low: float, wide: float, boxes: list[tuple[float, ...]]) -> bool:
@@ -148,10 +149,9 @@ def plan_svg(plan: PrintedPlan) -> bytes:
     def grey(level: float) -> str:
         return "#" + f"{round(255 * level):02x}" * 3
 
-    texts = "".join(
-        f'<text x="{x:.2f}" y="{high - y:.2f}">{escaped(words)}</text>' for x, y, words in layout.words(plan)
-    )
-    strokes = layout.strokes + layout.names(plan)[1]
+    words, lines = layout.words(plan)
+    texts = "".join(f'<text x="{x:.2f}" y="{high - y:.2f}">{escaped(word)}</text>' for x, y, word in words)
+    strokes = layout.strokes + lines
     walls, floor = (path(map(layout.ring, rings), "Z") for rings in (plan.outline.walls, plan.outline.floor))
     line = np.empty((0, 2)) if plan.way is None else plan.way[:: 1 + len(plan.way) // MAX_WAY_POINTS]
     drawn = (
@@ -180,10 +180,9 @@ def plan_pdf(plan: PrintedPlan) -> bytes:
             for line in lines
         )
 
-    texts = " ".join(
-        f"BT /F {LETTER_MM} Tf {x:.2f} {y:.2f} Td ({quoted(words)}) Tj ET" for x, y, words in layout.words(plan)
-    )
-    strokes = layout.strokes + layout.names(plan)[1]
+    words, lines = layout.words(plan)
+    texts = " ".join(f"BT /F {LETTER_MM} Tf {x:.2f} {y:.2f} Td ({quoted(word)}) Tj ET" for x, y, word in words)
+    strokes = layout.strokes + lines
     walls, floor = (path(map(layout.ring, rings), " h") for rings in (plan.outline.walls, plan.outline.floor))
     content = (
         f"{POINTS_PER_MM:.6f} 0 0 {POINTS_PER_MM:.6f} 0 0 cm 1 j {FLOOR_GREY} g {floor} f* "

@@ -72,7 +72,7 @@ CAUSES = {
     "rolling shutter": ("camera.rows_late",),
 }
 READOUT_S = 0.03  # of a whole picture
-NOISES = (0.05, 0.1, 0.3)  # [pixel]
+FINDER_NOISES_PX = (0.05, 0.1, 0.3)
 
 
 def views_of(pixels: Array) -> list[ViewCorners]:
@@ -220,7 +220,7 @@ def odd_pictures(lens: str, kind: str, size: float, count: int, seed: int) -> tu
     rng, (model, how) = np.random.default_rng([seed, count]), LENSES[lens]
     poses = held(rng, count, model, BOARD, how)
     places = poses.points(BOARD.points)
-    noise = rng.normal(0, NOISES[seed % len(NOISES)], (count, BOARD.count, 2))
+    noise = rng.normal(0, FINDER_NOISES_PX[seed % len(FINDER_NOISES_PX)], (count, BOARD.count, 2))
     pixels, truth = through(lens, model, places), np.array([model.fx, model.fy, model.cx, model.cy], float)
     if kind.startswith("zoom"):
         turns = np.where(np.arange(count) % 2, 0.5, -0.5)
@@ -253,12 +253,13 @@ def oddities(runs: int, lenses: tuple[str, ...]) -> list[dict[str, Any]]:
         for kind, size, count in [(k, s, c) for k, sizes in ODDITIES.items() for s in sizes for c in (8, 13, 30)]:
             told = [odd_run(lens, model, kind, size, count, seed) for seed in range(runs * (1 if size else 3))]
             if kind == "sound":
-                for noise in range(len(NOISES)):
-                    usual[count, noise] = np.quantile([off for off, _, _ in told[noise :: len(NOISES)]], 0.95, axis=0)
+                for noise in range(len(FINDER_NOISES_PX)):
+                    same = told[noise :: len(FINDER_NOISES_PX)]
+                    usual[count, noise] = np.quantile([off for off, _, _ in same], 0.95, axis=0)
             row = Counter[str]()
             for seed, (off, sds, codes) in enumerate(told):
                 beyond_sds = bool(np.any(off > 3 * sds))
-                beyond_usual = bool(np.any(off > 2 * usual[count, seed % len(NOISES)]))
+                beyond_usual = bool(np.any(off > 2 * usual[count, seed % len(FINDER_NOISES_PX)]))
                 row["told"] += bool(codes and set(codes) & set(CAUSES.get(kind, codes)))
                 row["other_cause"] += bool(codes and not set(codes) & set(CAUSES.get(kind, codes)))
                 row["silent_wrong"] += not codes and (beyond_sds or beyond_usual)
