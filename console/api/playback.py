@@ -9,8 +9,9 @@ from pydantic import Field
 from console.access.roles import needs
 from console.api import RequestBody, Who, part, problems, router
 from console.api.recordings import FILMS, MAX_PART_S, PartBegin, PartEnd, Recorder, filmed
-from console.control.playback import PlaybackAction, PlaybackController, PlaybackOrder, PlaybackWay
+from console.control.playback import PlaybackController
 from console.http.problems import Problem
+from console.messages.inbound import PlaybackAction, PlaybackMessage, PlaybackWay
 from console.recording.work import FinishedRecording
 from core.pipelines.drive_film import FilmForm
 from core.robots.requests import PlaybackMark
@@ -76,7 +77,7 @@ async def steer(asked: PlaybackRequest, player: Playback, recorder: Recorder, wh
         if asked.from_s is None or asked.to_s is None:
             raise Problem(422, "To export needs two times: from_s and to_s.")
         return SteeredPlayback("export", await recorder.cut(path, asked.from_s, asked.to_s, who))
-    await player.steer(PlaybackOrder(asked.action, asked.t_s, asked.speed, asked.way, asked.compare), who)
+    await player.steer(PlaybackMessage(asked.action, 0, asked.t_s, asked.speed, asked.way, asked.compare), who)
     return SteeredPlayback(asked.action)
 
 

@@ -22,7 +22,7 @@ from console.broadcast import CloseSocket, Subscriber
 from console.calibration.service import CalibrationService
 from console.control.command_freshness import Spoken
 from console.control.pending_commands import PendingCommands
-from console.control.playback import PlaybackController, PlaybackOrder
+from console.control.playback import PlaybackController
 from console.control.stop import latched
 from console.http.problems import Problem, refused
 from console.http.rate_counter import RateCounter, size_of
@@ -245,8 +245,7 @@ class StateSocket:
         """The recording's driver is asked without keeping this socket waiting."""
         answer = messages.AnswerMessage(message.ref, True, 200)
         try:
-            order = PlaybackOrder(message.action, message.t_s, message.speed, message.way, message.compare)
-            await self._runtime.parts[PlaybackController].steer(order, self._person)
+            await self._runtime.parts[PlaybackController].steer(message, self._person)
         except (Problem, BeckonError) as error:
             answer = refused(message.ref, error)
         self._tell(answer)

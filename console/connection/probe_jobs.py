@@ -1,7 +1,5 @@
 """Jobs of the worker that connects to another robot to see what is there, or checks a robot file."""
 
-import msgspec
-
 from console.workers.job import Job
 from core.recording import LogSettings
 from core.robots.connection import FoundRobot
@@ -15,27 +13,15 @@ class ProbeRobot(Job[FoundRobot], frozen=True):
     restrained: bool = False  # a camera on the network sends pictures from the address that was named, or nothing
 
 
-class OpenedRecording(msgspec.Struct, frozen=True):
-    """A recording that can be played."""
-
-    duration_s: float
-
-
-class CheckRecording(Job[OpenedRecording], frozen=True):
+class CheckRecording(Job[None], frozen=True):
     """Read a recording whole, as its replay does."""
 
     path: str  # may end in #N
     settings: LogSettings
 
 
-class CheckedFile(msgspec.Struct, frozen=True):
-    """The text of a robot file that was read back and accepted by its drivers."""
-
-    text: str
-
-
-class CheckRobotFile(Job[CheckedFile], frozen=True):
-    """Write a robot file's text, read it back, and ask its drivers about their own entries."""
+class CheckRobotFile(Job[str], frozen=True):
+    """Write a robot file's text, read it back, and ask its drivers about their own entries → the text."""
 
     file: RobotFile
     comment: str

@@ -2,10 +2,9 @@
 
 import http.client
 import time
-from contextlib import closing
 from urllib.parse import urlsplit
 
-from console.connection.probe_jobs import CheckedFile, CheckRecording, CheckRobotFile, OpenedRecording, ProbeRobot
+from console.connection.probe_jobs import CheckRecording, CheckRobotFile, ProbeRobot
 from core.errors import Unavailable
 from core.pilot.replayed_drive import open_robot
 from core.robots.connect import devices_of, live, parts_of
@@ -39,18 +38,16 @@ class ProbeWorker:
         finally:
             robot.close()
 
-    def check(self, job: CheckRobotFile) -> CheckedFile:
+    def check(self, job: CheckRobotFile) -> str:
         """The text as it may be written. Raises BadInput, Unavailable."""
         text = toml_text(job.file, job.comment)
         read = parse_robot_file(text, NAME)
         devices_of(read.url, read)
-        return CheckedFile(text)
+        return text
 
-    def read(self, job: CheckRecording) -> OpenedRecording:
-        """Return what can be played. Raises BadInput with the reader's sentence."""
-        robot = open_robot(job.path, seed=0, settings=Settings(log=job.settings))
-        with closing(robot):
-            return OpenedRecording(robot.profile.duration or 0.0)
+    def read(self, job: CheckRecording) -> None:
+        """Read it to its end. Raises BadInput with the reader's sentence."""
+        open_robot(job.path, seed=0, settings=Settings(log=job.settings)).close()
 
 
 def check_sends_pictures(url: str) -> None:

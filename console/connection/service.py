@@ -249,15 +249,15 @@ class ConnectionService(Part):
             await asyncio.to_thread(self.reach.pinned, file.url)
         path = self._folder / f"{slug(file.name, 'robot')}.toml"
         command = f"beckon run --robot {shlex.quote(str(path))}"
-        checked = await self._at_work(
+        text = await self._at_work(
             lambda worker: worker.ask(CheckRobotFile(file, f"{comment}\n{command}"), budget=PROBE_BUDGET_S)
         )
         async with self._turn:
             if path.exists() and not replace:
                 raise Refused(Statement("connect.file_exists", name=path.name))
             with saving("The robot file could not be written"):
-                await asyncio.to_thread(write_atomic, path, checked.text)
-        return WrittenFile(path.name, str(path), command, checked.text)
+                await asyncio.to_thread(write_atomic, path, text)
+        return WrittenFile(path.name, str(path), command, text)
 
     async def _base(self, url: str) -> RobotFile:
         """The file that a URL's robot has now, or an empty one. Raises BadInput for a URL that is none."""

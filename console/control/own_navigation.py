@@ -52,10 +52,7 @@ class DecodedMap:
 class OwnMapView:
     """The robot's own map, and where it is in Beckon's world."""
 
-    number: int
-    cells: Array  # (H, W) uint8: 0 unknown, 1 free … 101 occupied; row 0 at the highest y
-    width: float  # [m]
-    height: float  # [m]
+    map: DecodedMap
     corner: Pose  # of its lower left corner, world
     robot: Pose | None  # where its own navigation believes to be, world
     aligned: bool  # its place in Beckon's world is known
@@ -201,10 +198,7 @@ class OwnNavigationService(Part):
         aligned = self.own_from_map or Pose()
         said = self.newest.pose if self.newest is not None else None
         self.map_view = OwnMapView(
-            number=found.number,
-            cells=found.cells,
-            width=found.width,
-            height=found.height,
+            map=found,
             corner=aligned @ found.origin,
             robot=None if said is None else aligned @ as_pose(said),
             aligned=self.own_from_map is not None,

@@ -2,14 +2,12 @@
 
 import asyncio
 from pathlib import Path
-from typing import Literal
-
-import msgspec
 
 from console.access.logins import Person
 from console.control.history import History
 from console.control.notices import Notifications
 from console.http.problems import Problem
+from console.messages.inbound import PlaybackMessage
 from console.part import Part
 from console.robot.supervisor import RobotSupervisor
 from core.pilot.recorded_drive import ReplayFrame
@@ -18,20 +16,7 @@ from core.robots import requests
 from core.sensors import SensorFrame
 from core.snapshot import Snapshot
 
-PlaybackAction = Literal["play", "pause", "seek", "speed", "way"]
-PlaybackWay = Literal["recorded", "computed"]
-
 REACHED_SHARE = 0.95  # of the speed that was asked for, from which on it counts as reached
-
-
-class PlaybackOrder(msgspec.Struct, frozen=True):
-    """One action with its values."""
-
-    action: PlaybackAction
-    t_s: float | None = None  # [s] from the start, of seek
-    speed: float | None = None  # times real time, of speed
-    way: PlaybackWay | None = None  # of way
-    compare: bool = False  # of way: the other one is drawn over it
 
 
 class PlaybackController(Part):
@@ -54,7 +39,7 @@ class PlaybackController(Part):
             for note in frame.notes:
                 self._notifications.tell("info", note)
 
-    async def steer(self, order: PlaybackOrder, who: Person) -> None:
+    async def steer(self, order: PlaybackMessage, who: Person) -> None:
         """Play, pause, change the speed, seek, show another way. Raises Problem 403, 409, 422."""
         if not who.may("operator"):
             raise Problem(403, "Only an operator can steer the playback.")
@@ -85,7 +70,7 @@ class PlaybackController(Part):
         if "replay" not in self._robot.profile.capabilities:
             raise Problem(status, "Only a recording can be played, paused and sought.")
 
-    def _request(self, order: PlaybackOrder) -> requests.RobotRequest[requests.PlaybackState]:
+    def _request(self, order: PlaybackMessage) -> requests.RobotRequest[requests.PlaybackState]:
         """Request to the recording's driver. Raises Problem 422 where a value is missing."""
         match order.action:
             case "play":

@@ -68,25 +68,30 @@ class MapReport(msgspec.Struct, frozen=True):
     id: str = ""  # "": shared with no other robot
 
 
-class RobotReport(msgspec.Struct, frozen=True, kw_only=True):
-    """The state of a robot, as its console says it, on `beckon/NAME/state`."""
+class RobotFacts(msgspec.Struct, frozen=True, kw_only=True):
+    """What a console says of its robot, and the fleet's page shows."""
 
-    address: str  # of its console, for the fleet
-    robot: str  # its own name
-    simulated: bool
-    robot_link: str  # between console and robot: connecting, live, stale, lost
-    robot_age_s: float
+    robot: str = ""  # its own name
+    simulated: bool = False
+    robot_link: str = ""  # between console and robot: connecting, live, stale, lost
+    robot_age_s: float = 0.0
     pose: PoseReport | None = None
     speed_m_s: float = 0.0
     lost: bool = False  # does not know where it is
-    map: MapReport = MapReport(None)
+    map: MapReport | None = None
     battery: float | None = None  # 0..1
     operator: str | None = None
     command: CommandReport | None = None
-    gate: str = "disarmed"
+    gate: str = ""
     gate_reason: str = ""
     notice: NoticeReport | None = None
     picture: bool = False  # it has a camera
+
+
+class RobotReport(RobotFacts, frozen=True, kw_only=True):
+    """The state of a robot, as its console says it, on `beckon/NAME/state`."""
+
+    address: str  # of its console, for the fleet
 
 
 class FleetStopRequest(msgspec.Struct, frozen=True):

@@ -5,7 +5,7 @@ Pure logic on the time that is passed in [s]. A robot is never dropped: what is 
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from console.fleet.bus import RobotReport
 
@@ -14,19 +14,8 @@ RETURN_TIME_S = 5.0  # after a start of the router in which its robots are not g
 LOW_BATTERY = 0.2
 
 Presence = Literal["live", "stale", "gone"]
-Need = Literal["unanswered", "gone", "stale", "halted", "robot", "lost", "blocked", "error", "battery", ""]
-NEEDS_BY_URGENCY: tuple[Need, ...] = (
-    "unanswered",
-    "gone",
-    "stale",
-    "robot",
-    "lost",
-    "halted",
-    "error",
-    "blocked",
-    "battery",
-    "",
-)
+Need = Literal["unanswered", "gone", "stale", "robot", "lost", "halted", "error", "blocked", "battery", ""]
+"""The more urgent ones first."""
 UNSEEN_RANK, IDLE_RANK, WORKING_RANK = 99, 98, 97
 
 
@@ -75,7 +64,7 @@ class FleetRobot:
     def rank(self) -> int:
         """The place in the order: need of help, work, idleness, never there."""
         if self.need:
-            return NEEDS_BY_URGENCY.index(self.need)
+            return get_args(Need).index(self.need)
         if self.report is None:
             return UNSEEN_RANK
         return WORKING_RANK if self.report.command is not None or self.report.operator is not None else IDLE_RANK

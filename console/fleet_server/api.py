@@ -8,7 +8,7 @@ from fastapi import Path, Response
 
 from console.access.roles import needs
 from console.api import Who, base, problems, router
-from console.fleet.bus import CommandReport, MapReport, NoticeReport, PoseReport, StopKind
+from console.fleet.bus import RobotFacts, StopKind
 from console.fleet.router import FleetStop
 from console.fleet.table import FleetRobot, Need, Presence
 from console.fleet_server.runtime import FleetRuntime
@@ -21,7 +21,7 @@ Fleet = Annotated[Any, base(lambda runtime: runtime)]  # a FleetRuntime
 RobotName = Annotated[str, Path(min_length=1, max_length=40)]
 
 
-class FleetRow(msgspec.Struct, frozen=True, kw_only=True):
+class FleetRow(RobotFacts, frozen=True, kw_only=True):
     """A robot, as the fleet knows it."""
 
     name: str
@@ -31,20 +31,6 @@ class FleetRow(msgspec.Struct, frozen=True, kw_only=True):
     need: Need  # why it needs help; "": it does not
     role: str | None  # of who asks, at this robot; null: none
     url: str  # of its console, through the fleet
-    pose: PoseReport | None = None
-    battery: float | None = None
-    operator: str | None = None
-    command: CommandReport | None = None
-    robot: str = ""
-    simulated: bool = False
-    robot_link: str = ""
-    robot_age_s: float = 0.0
-    speed_m_s: float = 0.0
-    map: MapReport | None = None
-    gate: str = ""
-    gate_reason: str = ""
-    notice: NoticeReport | None = None
-    picture: bool = False
 
 
 class StoppedRobot(msgspec.Struct, frozen=True):
@@ -105,8 +91,7 @@ def row_of(robot: FleetRobot, role: str | None, now: float) -> FleetRow:
     }
     if report is None:
         return FleetRow(**common, age_s=None)
-    shown = set(FleetRow.__struct_fields__) & set(report.__struct_fields__)
-    same = {name: getattr(report, name) for name in shown}
+    same = {name: getattr(report, name) for name in RobotFacts.__struct_fields__}
     return FleetRow(**common, age_s=round(now - robot.heard_at, 2), **same)
 
 

@@ -6,7 +6,6 @@ where an address, or all of them together, have too many, the stranger that is t
 
 import ipaddress
 import resource
-from typing import Protocol
 
 from console.http.incremental_parsing import IncrementalProtocol
 
@@ -16,25 +15,7 @@ MOST_FILES = 65536  # descriptors that are asked of the system
 IPV6_NETWORK = 64  # bits: one home or one machine may have all addresses that begin alike
 
 
-class OpenConnection(Protocol):
-    """An open connection."""
-
-    @property
-    def stranger(self) -> bool:
-        """True while no valid request was shown on it."""
-        ...
-
-    @property
-    def idle(self) -> bool:
-        """True while no request is under way on it."""
-        ...
-
-    def drop(self) -> None:
-        """End it now."""
-        ...
-
-
-Guests = dict[OpenConnection, None]  # the eldest first
+Guests = dict[IncrementalProtocol, None]  # the eldest first
 
 
 class ConnectionLimits:
@@ -49,7 +30,7 @@ class ConnectionLimits:
     def __len__(self) -> int:
         return sum(len(guests) for guests in self._open.values())
 
-    def enter(self, guest: OpenConnection, address: str) -> None:
+    def enter(self, guest: IncrementalProtocol, address: str) -> None:
         """One more; it, or the least entitled that is there, is dropped where there are too many."""
         of_one = self._open.get(network_of(address), {})
         strangers = [other for other in of_one if other.stranger]
@@ -63,7 +44,7 @@ class ConnectionLimits:
             self._drop(*victim)
         self._open.setdefault(network_of(address), of_one)[guest] = None
 
-    def leave(self, guest: OpenConnection, address: str) -> None:
+    def leave(self, guest: IncrementalProtocol, address: str) -> None:
         """It has ended."""
         key = network_of(address)
         of_one = self._open.get(key, {})
@@ -71,12 +52,12 @@ class ConnectionLimits:
         if not of_one:
             self._open.pop(key, None)
 
-    def _drop(self, guest: OpenConnection, of_one: Guests) -> None:
+    def _drop(self, guest: IncrementalProtocol, of_one: Guests) -> None:
         """Its place is free now; that its connection has ended is heard later."""
         del of_one[guest]
         guest.drop()
 
-    def _dispensable(self) -> tuple[OpenConnection, Guests] | None:
+    def _dispensable(self) -> tuple[IncrementalProtocol, Guests] | None:
         """The eldest stranger of the address with the most connections, else one on which nothing is under way."""
         crowded = sorted(self._open.values(), key=len, reverse=True)
         strangers = ((one, guests) for guests in crowded for one in guests if one.stranger)

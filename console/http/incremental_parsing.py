@@ -36,6 +36,20 @@ class IncrementalProtocol(ABC):
         """True if the parsed part has to be dealt with first."""
 
     @property
+    @abstractmethod
+    def stranger(self) -> bool:
+        """True while no request on it has shown a valid key or login."""
+
+    @property
+    def idle(self) -> bool:
+        """True while no request is under way on it."""
+        return False
+
+    def drop(self) -> None:
+        """End it now: others need the place."""
+        self.transport.abort()
+
+    @property
     def piece(self) -> int:
         """How much may be parsed at once [bytes]."""
         return PIECE_BYTES

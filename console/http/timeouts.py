@@ -79,10 +79,6 @@ class TimeoutHttp(IncrementalProtocol, H11Protocol):
         cycle: Any = self.cycle  # None before the first request
         return cycle is None or cycle.response_complete
 
-    def drop(self) -> None:
-        """Others need the place."""
-        self.transport.abort()
-
     def data_received(self, data: bytes) -> None:
         """Something came. The rest of a long body that was answered is not even parsed: it ends the connection."""
         if self._due != "rest" or self._short:
@@ -183,15 +179,6 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
     def stranger(self) -> bool:
         """True while it is not let in."""
         return not self._accepted
-
-    @property
-    def idle(self) -> bool:
-        """An open socket never is."""
-        return False
-
-    def drop(self) -> None:
-        """Others need the place."""
-        self.transport.abort()
 
     def data_received(self, data: bytes) -> None:
         """Something came. The handshake comes while the other protocol still listens: it is taken whole."""

@@ -1,7 +1,6 @@
 """Exports of a saved map next to Beckon's own files: files for other programs, and a picture for the list."""
 
 from pathlib import Path
-from typing import Protocol
 
 import cv2
 import numpy as np
@@ -11,6 +10,7 @@ from core.files import write_atomic
 from core.geometry import Pose
 from core.message import Array
 from core.pipelines.nav2_map import nav2_map
+from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 
 FLOOR = "floor"  # folder of what the pilot goes on with
@@ -20,15 +20,7 @@ SHOWN_OLDER, SHOWN_NEWER = (40, 52, 64), (220, 60, 40)  # red, green, blue
 MAX_SIDE_PX = 640  # picture elements along a side of the preview
 
 
-class MapWriter(Protocol):
-    """Something that puts itself into a folder."""
-
-    def to_files(self, folder: Path) -> None:
-        """Write everything; the folder exists."""
-        ...
-
-
-def write_map(folder: Path, saved: MapWriter, grid: OccupancyGrid, landmarks: str, trajectory: str) -> None:
+def write_map(folder: Path, saved: SavedMap, grid: OccupancyGrid, landmarks: str, trajectory: str) -> None:
     """All files of a map; landmarks as CSV, the trajectory as TUM. Raises OSError."""
     inner = folder / FLOOR
     inner.mkdir()

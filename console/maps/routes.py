@@ -12,7 +12,7 @@ import re
 import time
 from collections.abc import Callable, Coroutine
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Literal
 
 import cv2
 import msgspec
@@ -28,6 +28,7 @@ from console.maps.places import PlaceService
 from console.maps.service import MapService
 from console.maps.store import checked_name, key_of, slug
 from console.part import Part
+from console.recording.service import RecordingService
 from console.speech.robot_voice import RobotVoice
 from core.commands.come_here import COME_HERE
 from core.commands.command import Command
@@ -66,27 +67,6 @@ LOW = Statement("routes.low")
 EXPECTED_ENDS = ("routes.done", "routes.paused", "routes.stopped")  # what a person asked for is no warning
 NEVER_AGAIN = frozenset((AGAIN, NO_ODOMETRY, BLIND))
 """Ends of a command after which the way is not tried again: the robot does not know where it is."""
-
-
-class NamedRecording(Protocol):
-    """A recording that has begun."""
-
-    @property
-    def name(self) -> str | None:
-        """Of the recording."""
-        ...
-
-
-class Recorder(Protocol):
-    """Records for a route."""
-
-    async def start(self, name: str | None, note: str, who: Person) -> NamedRecording:
-        """Begin a recording. Raises BadInput, Problem 409, Unwritable."""
-        ...
-
-    async def stop(self, who: Person | None = None) -> object:
-        """End it. Raises Problem 409, Unwritable."""
-        ...
 
 
 class RouteRun(msgspec.Struct):
@@ -135,7 +115,7 @@ class RouteService(Part):
             Callable[[str, str], None]
         ] = []  # called with what happened at a stop, and how it ended
         self.pictures = home / PICTURE_FOLDER
-        self.recorder: Recorder | None = None
+        self.recorder: RecordingService | None = None
         self.clock = time.time  # [s] Unix time
         self._image: Image | None = None
         self._stamp_pose = (0.0, Pose())
@@ -559,16 +539,10 @@ class RouteService(Part):
             stops.append(msgspec.structs.replace(stop, place=self._places.find(stop.place).name))
         if (route.begins or route.ends or route.every_min) and not route.loop:
             raise BadInput(Statement("routes.hours_of_rounds"))
-        if bool(route.begins) != bool(route.ends) or not all(
-            HOUR_FORM.fullmatch(one or "00:00") for one in hours(route)
-        ):
+        hours = (route.begins, route.ends)
+        if bool(route.begins) != bool(route.ends) or not all(HOUR_FORM.fullmatch(one or "00:00") for one in hours):
             raise BadInput(Statement("routes.hours"))
         return msgspec.structs.replace(route, name=checked_name(route.name), stops=tuple(stops))
-
-
-def hours(route: RouteMark) -> tuple[str, str]:
-    """When its rounds begin and end."""
-    return route.begins, route.ends
 
 
 def seconds_until_open(begins: str, ends: str, now: float) -> float:

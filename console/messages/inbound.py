@@ -6,6 +6,8 @@ import msgspec
 
 Struct = msgspec.Struct
 Source = Literal["typed", "chip", "click"]
+PlaybackAction = Literal["play", "pause", "seek", "speed", "way"]
+PlaybackWay = Literal["recorded", "computed"]
 Short = Annotated[str, msgspec.Meta(max_length=2000)]
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 
@@ -65,11 +67,11 @@ class PlaybackMessage(InboundMessage, tag="playback"):
     `way` shows what was recorded, or what is computed now; with `compare` one over the other.
     """
 
-    action: Literal["play", "pause", "seek", "speed", "way"]
+    action: PlaybackAction
     ref: Count
     t_s: float | None = None
     speed: float | None = None
-    way: Literal["recorded", "computed"] | None = None
+    way: PlaybackWay | None = None
     compare: bool = False
 
 

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from viser import FrameHandle
+from viser import FrameHandle, MeshHandle
 
 from core.geometry import Pose
 from core.message import Array
@@ -40,7 +40,7 @@ def arrow(length: float, width: float) -> tuple[Array, Array]:
     return vertices, np.array([[0, 1, 2], [0, 2, 3]])
 
 
-def place(frame: FrameHandle, pose: Pose) -> None:
-    """Move a frame to a pose on the floor."""
-    frame.position = np.array([pose.x, pose.y, 0.0])
+def place(frame: FrameHandle | MeshHandle, pose: Pose, height: float = 0.0) -> None:
+    """Move a frame to a pose on the floor, or `height` [m] above it."""
+    frame.position = np.array([pose.x, pose.y, height])
     frame.wxyz = np.array([math.cos(pose.heading / 2), 0.0, 0.0, math.sin(pose.heading / 2)])

@@ -1,15 +1,14 @@
 """The robot's own map and pose, as its own navigation has them: ochre, and never mixed with Beckon's own map."""
 
 import itertools
-import math
 from collections.abc import Callable
 
 import numpy as np
 from viser import ImageHandle, SceneApi
 
-from console.control.own_navigation import OwnMapView
+from console.control.own_navigation import DecodedMap, OwnMapView
 from console.scene.drawing.palette import OWN_MAP
-from console.scene.drawing.shapes import arrow
+from console.scene.drawing.shapes import arrow, place
 from core.message import Array
 from core.robots import Profile
 from core.snapshot import Snapshot
@@ -41,17 +40,15 @@ class RobotsOwnMap:
         self._arrow.visible = view is not None and view.robot is not None
         if view is None:
             return
-        if view.number != self._shown:
-            self._shown = view.number
-            self._draw(view)
+        if view.map.number != self._shown:
+            self._shown = view.map.number
+            self._draw(view.map)
         self._label.text = "Robot's own map" if view.aligned else "Robot's own map (place not known)"
-        self._frame.position = (view.corner.x, view.corner.y, 0.0)
-        self._frame.wxyz = turn(view.corner.heading)
+        place(self._frame, view.corner)
         if view.robot is not None:
-            self._arrow.position = (view.robot.x, view.robot.y, 0.1)
-            self._arrow.wxyz = turn(view.robot.heading)
+            place(self._arrow, view.robot, 0.1)
 
-    def _draw(self, view: OwnMapView) -> None:
+    def _draw(self, view: DecodedMap) -> None:
         if self._image is not None:
             self._image.remove()
         self._image = self._scene.add_image(
@@ -76,8 +73,3 @@ def paint(cells: Array) -> Array:
         cells > OCCUPIED_LEVEL + 1, WALL_OPACITY, np.where((cells > 0) & (cells <= FREE_LEVEL + 1), FLOOR_OPACITY, 0)
     )
     return picture
-
-
-def turn(heading: float) -> tuple[float, float, float, float]:
-    """A heading [rad] → quaternion w, x, y, z."""
-    return math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)

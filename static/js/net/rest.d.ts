@@ -270,27 +270,28 @@ export interface FinishedRecording {
 
 /** A robot, as the fleet knows it. */
 export interface FleetRow {
-  name: string;
-  link: "live" | "stale" | "gone";
-  age_s: number | null;
-  since_s: number;
-  need: "unanswered" | "gone" | "stale" | "halted" | "robot" | "lost" | "blocked" | "error" | "battery" | "";
-  role: string | null;
-  url: string;
-  pose: PoseReport | null;
-  battery: number | null;
-  operator: string | null;
-  command: CommandReport | null;
   robot: string;
   simulated: boolean;
   robot_link: string;
   robot_age_s: number;
+  pose: PoseReport | null;
   speed_m_s: number;
+  lost: boolean;
   map: MapReport | null;
+  battery: number | null;
+  operator: string | null;
+  command: CommandReport | null;
   gate: string;
   gate_reason: string;
   notice: NoticeReport | null;
   picture: boolean;
+  name: string;
+  link: "live" | "stale" | "gone";
+  age_s: number | null;
+  since_s: number;
+  need: "unanswered" | "gone" | "stale" | "robot" | "lost" | "halted" | "error" | "blocked" | "battery" | "";
+  role: string | null;
+  url: string;
 }
 
 /** All robots, who needs help first. */
