@@ -27,8 +27,9 @@ from console.__main__ import main
 from console.access.browser import written
 from console.access.guard import Access
 from console.data_folder import locked
+from console.listening import announce
 from console.options import Options, check, hosts_of
-from console.serve import announce, warn_without_words
+from console.serve import warn_without_words
 from core.errors import BadInput
 from core.gate import Limits, read_trace
 from core.gate import check as check_trace
@@ -340,7 +341,7 @@ def test_a_browser_that_is_slow_to_open_keeps_nobody_waiting(tmp_path: Path, mon
     opened = threading.Event()
     release = threading.Event()
     monkeypatch.setattr("console.access.browser.webbrowser.open", lambda _: (opened.set(), release.wait(10)))
-    monkeypatch.setattr("console.serve.ONCE_LIFE", 0.0)
+    monkeypatch.setattr("console.listening.ONCE_LIFE", 0.0)
     began = time.monotonic()
     announce(Options(data=tmp_path), 8420, Access())
     assert time.monotonic() - began < 2

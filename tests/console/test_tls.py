@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from websockets.sync.client import connect
 
+from console.listening import announce
 from console.options import Options, check
-from console.serve import announce
 from core.errors import BadInput
 from tests.console.live import Live
 

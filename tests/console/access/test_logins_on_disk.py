@@ -18,8 +18,8 @@ from console.access.logins import LIFE, LINK_LIFE, Logins, Person, key_for
 from console.access.records import AccessFile
 from console.access.token_file import read_token
 from console.data_folder import locked
+from console.listening import operator_key
 from console.options import Options
-from console.serve import operator_key
 from core.errors import BadInput
 
 
