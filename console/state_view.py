@@ -16,7 +16,7 @@ from console.control.pilot_supervisor import PilotSupervisor
 from console.control.playback import PlaybackController
 from console.maps.routes import RouteRun, RouteService
 from console.maps.service import MapService
-from console.messages import hearing, person, picture
+from console.messages import filled, hearing, person, picture
 from console.messages import state as messages
 from console.messages.map import accuracy, floor
 from console.messages.pending_command import LateCommandState, PendingCommandState
@@ -117,7 +117,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int, now: float
         viewers=around.sockets.people,
         notices=[notice_line(one) for one in around.notifications.shown],
         history_revision=around.history.revision,
-        truth=None if snapshot.truth is None else true_pose(snapshot),
+        truth=true_pose(snapshot),
         by_laser=by_laser(snapshot),
         route=route(parts[RouteService].run_now),
         chapter=around.chapter,
@@ -147,8 +147,7 @@ def pose(estimate: Estimate) -> messages.PoseState:
 
 def true_pose(snapshot: Snapshot) -> messages.TruePose | None:
     """The true pose of the simulated robot."""
-    at = snapshot.truth
-    return None if at is None else messages.TruePose(near(at.x), near(at.y), near(at.heading))
+    return None if snapshot.truth is None else filled(messages.TruePose, snapshot.truth, 4)
 
 
 def by_laser(snapshot: Snapshot) -> messages.LaserReferenceState | None:
@@ -224,10 +223,7 @@ def robot(snapshot: Snapshot, around: StateContext, rate_hz: float) -> messages.
             messages.SensorLine(one.kind, one.name, one.state, round(one.age, 2), one.rate)
             for one in snapshot.sensors
         ],
-        timings=[
-            messages.LaserTiming(one.laser, near(one.offset), near(one.sd), near(one.applied))
-            for one in snapshot.timings
-        ],
+        timings=[filled(messages.LaserTiming, one, 4) for one in snapshot.timings],
         agreement=agreement(snapshot.agreement),
         battery=snapshot.battery,
     )
@@ -249,19 +245,7 @@ def gate(status: GateStatus, snapshot: Snapshot) -> messages.GateState:
     if status.blocked_by is not None:
         x, y = snapshot.estimate.pose.apply(np.array([status.blocked_by]))[0]
         blocked = messages.PointState(near(x), near(y))
-    return messages.GateState(
-        state=status.state,
-        reason=status.reason,
-        v_m_s=near(status.v),
-        w_rad_s=near(status.w),
-        source=status.source,
-        nonce=status.nonce,
-        epoch=status.epoch,
-        limit_v_m_s=status.limit_v,
-        blocked_by=blocked,
-        need_neutral=status.need_neutral,
-        **code_of(status.reason)._asdict(),
-    )
+    return filled(messages.GateState, status, 4, blocked_by=blocked, **code_of(status.reason)._asdict())
 
 
 def lease(held: Lease, now: float) -> messages.LeaseState:
@@ -286,33 +270,24 @@ def playback(state: PlaybackState | None, other: Comparison | None) -> messages.
     """The ways of a recording, and how they differ."""
     if state is None:
         return None
-    return messages.PlaybackView(
-        way=state.way,
-        compare=state.compare,
-        ways=list(state.ways),
-        computed_since_s=state.computed_since_s,
-        reached_speed=state.reached,
-        comparison=None if other is None else comparison(other),
-    )
+    own = {"reached_speed": state.reached, "comparison": None if other is None else comparison(other)}
+    return filled(messages.PlaybackView, state, computed_since_s=state.computed_since_s, **own)
 
 
 def comparison(other: Comparison) -> messages.ComparisonState:
     """The other way, thinned for the page."""
     at, step = other.pose, max(1, math.ceil(len(other.trail) / MAX_TRAIL_POINTS))
-    return messages.ComparisonState(
-        pose=messages.TruePose(near(at.x), near(at.y), near(at.heading)),
-        trail=[(x, y) for x, y in rounded(other.trail[::-step][::-1], DECIMAL_DIGITS)],
-        landmarks=[(x, y) for x, y in rounded(other.landmarks, DECIMAL_DIGITS)],
-        distance_m=near(other.distance),
-        turn_rad=near(other.turn),
-        worst_m=near(other.worst),
+    return filled(
+        messages.ComparisonState,
+        other,
+        4,
+        pose=filled(messages.TruePose, at, 4),
+        trail=rounded(other.trail[::-step][::-1], DECIMAL_DIGITS),
+        landmarks=rounded(other.landmarks, DECIMAL_DIGITS),
         recorded_landmarks=other.landmark_counts[0],
         computed_landmarks=other.landmark_counts[1],
         recorded_edges=other.edge_counts[0],
         computed_edges=other.edge_counts[1],
-        direction_rad=None if other.direction is None else near(other.direction),
-        frames=other.frames,
-        same=other.same,
     )
 
 
@@ -327,23 +302,9 @@ def camera_view(camera: Camera) -> tuple[float, float]:
 
 def card(profile: Profile) -> messages.RobotCard:
     """The description of the robot."""
-    return messages.RobotCard(
-        url=profile.url,
-        kind=profile.kind,
-        name=profile.name,
-        radius_m=profile.radius,
-        camera_view_rad=None if profile.camera is None else camera_view(profile.camera),
-        cruise_m_s=profile.cruise,
-        max_speed_m_s=profile.max_speed,
-        max_turn_rate_rad_s=profile.max_turn_rate,
-        drives=profile.drives,
-        dry_run=profile.dry_run,
-        capabilities=sorted(profile.capabilities),
-        failsafe=profile.failsafe,
-        lock=profile.lock,
-        duration_s=profile.duration,
-        gaps_s=list(profile.gaps),
-    )
+    view = None if profile.camera is None else camera_view(profile.camera)
+    own = {"camera_view_rad": view, "capabilities": sorted(profile.capabilities)}
+    return filled(messages.RobotCard, profile, **own)
 
 
 DECIMAL_DIGITS = 3

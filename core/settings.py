@@ -150,6 +150,11 @@ def read(text: str, name: str = "settings") -> Settings:
     return as_printed(settings) if settings.chapter.mode == "printed" else settings
 
 
+def section_kinds() -> dict[str, type[Section]]:
+    """Name of every section of a settings file → its class."""
+    return {name: type(section) for name, section in vars(Settings()).items()}
+
+
 def changed(settings: Settings, values: Mapping[str, Any]) -> Settings:
     """Settings with others by name ("ekf.gate"). Raises BadSettings, with the nearest names of one that is not."""
     sections: dict[str, Section] = dict(vars(settings))

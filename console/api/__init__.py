@@ -1,10 +1,10 @@
 """The HTTP interface: one router per topic, every endpoint with its role."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Request
+from fastapi import APIRouter, Depends, Request, Response
 from pydantic import BaseModel, ConfigDict
 
 from console.access.guard import Access
@@ -79,6 +79,14 @@ class RequestBody(BaseModel):
 def problems(*errors: int) -> Responses:
     """The refusals of these statuses, for the description."""
     return {status: PROBLEMS[status] for status in errors}
+
+
+def sends_file(*types: str, errors: Sequence[int] = ()) -> dict[str, Any]:
+    """What a route declares whose endpoint answers with a file of one of these media types, or with a problem."""
+    return {
+        "response_class": Response,
+        "responses": {200: {"content": {one: {} for one in types}}, **problems(*errors)},
+    }
 
 
 def router(topic: str, *errors: int) -> APIRouter:

@@ -1,7 +1,7 @@
 """The wizards' sessions: begin, show pictures, solve, accept, take away."""
 
 import re
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import msgspec
 from fastapi import Path, Query, Request, Response
@@ -30,13 +30,6 @@ calibration = router("calibration", 404, 409, 429, 503, 507)
 LARGEST_FRAME = 2_000_000  # [bytes] of a webcam's picture
 NAMELESS = "picture"
 LONGEST_NAME = 80
-PICTURES: dict[str, Any] = {
-    "requestBody": {
-        "required": True,
-        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in PICTURE.types},
-    }
-}
-
 PixelNumber = Annotated[float, Field(ge=-0.5, le=100_000, allow_inf_nan=False)]
 Id = Annotated[str, Path(max_length=40)]
 Name = Annotated[str, Path(max_length=200)]
@@ -131,7 +124,7 @@ async def live(id: Id, asked: LiveCaptureRequest, calibration_service: Calibrati
     return session_response(session)
 
 
-@calibration.post("/calibration/sessions/{id}/pictures", openapi_extra=PICTURES)
+@calibration.post("/calibration/sessions/{id}/pictures")
 @needs("operator", body=PICTURE)
 @sends(CalibrationVerdict)
 async def picture(

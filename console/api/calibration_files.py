@@ -1,13 +1,13 @@
 """Files of a calibration: pictures of views, exports in every form, what is in use, a board to print."""
 
 import asyncio
-from typing import IO, Annotated, Any, Literal
+from typing import IO, Annotated, Literal
 
 import msgspec
 from fastapi import Path, Query, Request, Response
 
 from console.access.roles import TEXT, needs
-from console.api import CalibrationSessions, HistoryInUse, Operator, RequestBody, RobotInUse, router
+from console.api import CalibrationSessions, HistoryInUse, Operator, RequestBody, RobotInUse, router, sends_file
 from console.api.calibration import CalibrationDocument, Id, Name
 from console.api.typed_route import JsonAnswer, sends
 from console.calibration.codec import camera_in
@@ -27,12 +27,6 @@ calibration_files = router("calibration", 404, 409, 429, 503, 507)
 
 Form = Annotated[str, Path(max_length=40)]
 MEDIA = {"json": "application/json", "xml": "application/xml", "yaml": "application/yaml", "yml": "application/yaml"}
-FILE: dict[str, Any] = {
-    "requestBody": {
-        "required": True,
-        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in TEXT.types},
-    }
-}
 
 
 class UndoRequest(RequestBody):
@@ -61,14 +55,7 @@ class CalibrationDemo(msgspec.Struct, frozen=True):
     demo: bool
 
 
-def answers(*kinds: str) -> dict[int | str, dict[str, Any]]:
-    """The responses, for the description."""
-    return {200: {"content": {kind: {} for kind in kinds}}}
-
-
-@calibration_files.get(
-    "/calibration/sessions/{id}/views/{name}.jpg", response_class=Response, responses=answers("image/jpeg")
-)
+@calibration_files.get("/calibration/sessions/{id}/views/{name}.jpg", **sends_file("image/jpeg"))
 @needs("viewer")
 async def view(
     id: Id,
@@ -93,9 +80,7 @@ async def view(
 
 
 @calibration_files.get(
-    "/calibration/sessions/{id}/export/{form}",
-    response_class=Response,
-    responses=answers("text/plain", "application/json", "application/zip"),
+    "/calibration/sessions/{id}/export/{form}", **sends_file("text/plain", "application/json", "application/zip")
 )
 @needs("viewer")
 async def export(id: Id, form: Form, calibration_service: CalibrationSessions) -> Response:
@@ -130,7 +115,7 @@ async def undo(
     return ActiveCalibrations(**calibration_service.used())
 
 
-@calibration_files.post("/calibration/import", openapi_extra=FILE)
+@calibration_files.post("/calibration/import")
 @needs("operator", body=TEXT)
 @sends(CalibrationDocument)
 async def read_file(
@@ -144,7 +129,7 @@ async def read_file(
     return JsonAnswer({"kind": kind, **report})
 
 
-@calibration_files.get("/calibration/board.svg", response_class=Response, responses=answers("image/svg+xml"))
+@calibration_files.get("/calibration/board.svg", **sends_file("image/svg+xml"))
 @needs("viewer")
 async def board(
     columns: Annotated[int, Query(ge=3, le=40)] = 9,

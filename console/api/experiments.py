@@ -3,13 +3,12 @@
 from typing import Annotated
 
 import msgspec
-from fastapi import Path, Response
+from fastapi import Path
 from fastapi.responses import FileResponse
 from pydantic import Field
 
-from console.access.roles import needs
-from console.api import HistoryInUse, RequestBody, Who, part, router
-from console.api.typed_route import Responses
+from console.access.roles import ANY_FILE, needs
+from console.api import HistoryInUse, RequestBody, Who, part, router, sends_file
 from console.experiments.catalogue import ExperimentEntry
 from console.experiments.runs import ExperimentRuns, ExperimentRunState
 from console.http.downloads import named
@@ -21,7 +20,6 @@ Id = Annotated[str, Path(max_length=40)]
 MOST_RUNS = 10_000
 CLOSED = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox"
 FIGURES = {".svg": "image/svg+xml", ".png": "image/png"}
-FILES: Responses = {200: {"content": {"application/octet-stream": {}, **{kind: {} for kind in FIGURES.values()}}}}
 
 
 class ExperimentRequest(RequestBody):
@@ -82,11 +80,11 @@ async def delete(id: Id, kept: ExperimentsInUse) -> None:
     await kept.delete(kept.find(id))
 
 
-@experiments.get("/experiments/runs/{id}/files/{name}", response_class=Response, responses=FILES)
+@experiments.get("/experiments/runs/{id}/files/{name}", **sends_file(ANY_FILE, *FIGURES.values()))
 @needs("viewer")
 async def file(id: Id, name: Annotated[str, Path(max_length=100)], kept: ExperimentsInUse) -> FileResponse:
     """One of its files, the same as the command line writes: a figure to look at, or a download."""
     path = kept.file(kept.find(id), name)
     kind = FIGURES.get(path.suffix)
     headers = {"Content-Security-Policy": CLOSED} if kind else named(f"{id}-{name}")
-    return FileResponse(path, media_type=kind or "application/octet-stream", headers=headers)
+    return FileResponse(path, media_type=kind or ANY_FILE, headers=headers)

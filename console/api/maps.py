@@ -12,8 +12,7 @@ from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
 from console.access.roles import ZIP_LIMIT, needs
-from console.api import RequestBody, SavedMaps, Who, problems, router
-from console.api.typed_route import OpenApi, Responses
+from console.api import RequestBody, SavedMaps, Who, problems, router, sends_file
 from console.http.downloads import file_named, zip_named
 from console.http.problems import Problem
 from console.maps.plan import plan_pdf, plan_svg
@@ -30,12 +29,6 @@ maps = router("map", 409, 429, 503, 507)
 Name = Annotated[str, Path(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
 MatchId = Annotated[str, Path(max_length=20)]
 NewName = Annotated[str, Query(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
-ZIP_BODY: OpenApi = {
-    "requestBody": {
-        "required": True,
-        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in ZIP_LIMIT.types},
-    }
-}
 
 
 class SaveMapRequest(RequestBody):
@@ -101,12 +94,7 @@ class MapOutlineRows(msgspec.Struct, frozen=True):
     floor_cm: list[list[int]]
 
 
-def answers(kind: str) -> Responses:
-    """The responses, for the description."""
-    return {200: {"content": {kind: {}}}}
-
-
-@maps.get("/map", response_class=Response, responses=answers("application/zip"))
+@maps.get("/map", **sends_file("application/zip"))
 @needs("viewer")
 async def nav2(maps: SavedMaps) -> Response:
     """YAML and PGM as Nav2's map server reads them, in a zip."""
@@ -114,7 +102,7 @@ async def nav2(maps: SavedMaps) -> Response:
     return file_named(packed, "map.zip", "application/zip")
 
 
-@maps.get("/map.png", response_class=Response, responses=answers("image/png"))
+@maps.get("/map.png", **sends_file("image/png"))
 @needs("viewer")
 async def picture(maps: SavedMaps) -> Response:
     """The map as PNG: free 254, occupied 0, unknown 205.
@@ -136,7 +124,7 @@ async def outline(maps: SavedMaps) -> MapOutlineRows:
     return MapOutlineRows(rings_cm(traced.walls), rings_cm(traced.floor))
 
 
-@maps.get("/map.svg", response_class=Response, responses=answers("image/svg+xml"))
+@maps.get("/map.svg", **sends_file("image/svg+xml"))
 @needs("viewer")
 async def svg(maps: SavedMaps) -> Response:
     """The map as a plan to print or to draw on: SVG in millimetres of an A4 sheet, with rooms and zones."""
@@ -144,7 +132,7 @@ async def svg(maps: SavedMaps) -> Response:
     return file_named(packed, "map.svg", "image/svg+xml")
 
 
-@maps.get("/map.pdf", response_class=Response, responses=answers("application/pdf"))
+@maps.get("/map.pdf", **sends_file("application/pdf"))
 @needs("viewer")
 async def pdf(maps: SavedMaps) -> Response:
     """The map as a plan to print: PDF of one A4 sheet, all of it vectors."""
@@ -152,14 +140,14 @@ async def pdf(maps: SavedMaps) -> Response:
     return file_named(packed, "map.pdf", "application/pdf")
 
 
-@maps.get("/landmarks.csv", response_class=Response, responses=answers("text/csv"))
+@maps.get("/landmarks.csv", **sends_file("text/csv"))
 @needs("viewer")
 async def landmarks(maps: SavedMaps) -> Response:
     """The table of landmarks, one a line."""
     return file_named(landmarks_csv(maps.snapshot.landmarks).encode(), "landmarks.csv", "text/csv")
 
 
-@maps.get("/trajectory.tum", response_class=Response, responses=answers("text/plain"))
+@maps.get("/trajectory.tum", **sends_file("text/plain"))
 @needs("viewer")
 async def trajectory(maps: SavedMaps) -> Response:
     """The robot's trajectory: `t tx ty tz qx qy qz qw` a line, as the submaps lie now, every tenth of a second."""
@@ -182,7 +170,7 @@ async def save(asked: SaveMapRequest, maps: SavedMaps, who: Who) -> SavedMapRow:
     return map_row(await maps.save(asked.name, who, replace=asked.replace))
 
 
-@maps.post("/maps/import", status_code=201, openapi_extra=ZIP_BODY)
+@maps.post("/maps/import", status_code=201)
 @needs("operator", body=ZIP_LIMIT)
 async def take_in(request: Request, maps: SavedMaps, who: Who, name: NewName, replace: bool = False) -> SavedMapRow:
     """Keep a map under a name: one that another robot saved (its zip), or one of Nav2 or slam_toolbox: a zip of its
@@ -212,7 +200,7 @@ async def match(asked: MatchRequest, maps: SavedMaps) -> MapMatchRow:
     )
 
 
-@maps.get("/maps/match/{id}.png", response_class=Response, responses=answers("image/png"))
+@maps.get("/maps/match/{id}.png", **sends_file("image/png"))
 @needs("viewer")
 async def match_picture(id: MatchId, maps: SavedMaps) -> Response:
     """Both maps over each other: the older one dark, the newer one red where they differ."""
@@ -243,7 +231,7 @@ async def delete(name: Name, maps: SavedMaps, who: Who) -> None:
     await maps.delete(name, who)
 
 
-@maps.get("/maps/{name}.zip", response_class=Response, responses=answers("application/zip"))
+@maps.get("/maps/{name}.zip", **sends_file("application/zip"))
 @needs("viewer")
 async def packed(name: Name, maps: SavedMaps) -> Response:
     """Everything of a saved map: Nav2's YAML and PGM, landmarks, trajectory, and what Beckon goes on with."""
@@ -251,7 +239,7 @@ async def packed(name: Name, maps: SavedMaps) -> Response:
     return await zip_named(await maps.packed(name), f"{kept.card.name}.zip")
 
 
-@maps.get("/maps/{name}.png", response_class=Response, responses=answers("image/png"))
+@maps.get("/maps/{name}.png", **sends_file("image/png"))
 @needs("viewer")
 async def preview(name: Name, maps: SavedMaps) -> Response:
     """A small picture of a saved map."""

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Request, Response
 
 from console.access.guard import ON_THIS_MACHINE
 from console.access.roles import needs
-from console.api import Behind, problems
+from console.api import Behind, problems, sends_file
 from console.api.state import troubles
 from console.api.typed_route import TypedRoute
 from console.http.problems import Problem
@@ -45,7 +45,7 @@ class Metric:
                 yield f"beckon_{self.name}{f'{{{text}}}' if text else ''} {figure:.9g}"
 
 
-@metrics.get("/metrics", response_class=Response, responses={200: {"content": {"text/plain": {}}}})
+@metrics.get("/metrics", **sends_file("text/plain"))
 @needs("public")
 async def read_metrics(behind: Behind, request: Request) -> Response:
     """Figures in Prometheus' text form, for people who are signed in and for programs on this machine."""

@@ -7,8 +7,7 @@ from fastapi import Path, Request, Response
 from pydantic import Field
 
 from console.access.roles import PICTURE, needs
-from console.api import HistoryInUse, Operator, OperatorLease, RequestBody, Who, part, problems, router
-from console.api.typed_route import OpenApi
+from console.api import HistoryInUse, Operator, OperatorLease, RequestBody, Who, part, problems, router, sends_file
 from console.http.problems import Problem
 from console.people.enrollment import EnrollmentState
 from console.people.jobs import UploadedPicture
@@ -17,13 +16,6 @@ from console.people.store import MAX_NAME_CHARACTERS
 
 people = router("people", 409, 503, 507)
 PeopleEnrolled = Annotated[EnrollmentService, part(EnrollmentService)]
-
-PICTURES: OpenApi = {
-    "requestBody": {
-        "required": True,
-        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in PICTURE.types},
-    }
-}
 
 Id = Annotated[str, Path(max_length=40)]
 Number = Annotated[int, Path(ge=0, le=10**6)]
@@ -92,7 +84,7 @@ async def send_away(people: PeopleEnrolled) -> None:
     await people.send_away()
 
 
-@people.post("/people/{id}/background", openapi_extra=PICTURES)
+@people.post("/people/{id}/background")
 @needs("operator", body=PICTURE)
 async def background(id: Id, request: Request, people: PeopleEnrolled) -> EnrollmentState:
     """A picture without anybody, as JPEG or PNG; restarts the pictures that were taken with another background."""
@@ -101,7 +93,7 @@ async def background(id: Id, request: Request, people: PeopleEnrolled) -> Enroll
     return enrollment.shown
 
 
-@people.post("/people/{id}/pictures", openapi_extra=PICTURES)
+@people.post("/people/{id}/pictures")
 @needs("operator", body=PICTURE)
 async def picture(id: Id, request: Request, people: PeopleEnrolled) -> EnrollmentState:
     """A picture of the whole person by the same camera; `newest` says whether it is good, or what to do better."""
@@ -119,9 +111,7 @@ async def capture(id: Id, asked: CaptureRequest, people: PeopleEnrolled) -> Enro
     return enrollment.shown
 
 
-@people.get(
-    "/people/{id}/pictures/{number}.jpg", response_class=Response, responses={200: {"content": {"image/jpeg": {}}}}
-)
+@people.get("/people/{id}/pictures/{number}.jpg", **sends_file("image/jpeg"))
 @needs("operator")
 async def shown(id: Id, number: Number, people: PeopleEnrolled) -> Response:
     """A picture of the enrolment under way; gone when that is over."""

@@ -10,8 +10,7 @@ from fastapi.responses import FileResponse
 from pydantic import Field
 
 from console.access.roles import ANY_FILE, BodyLimit, needs
-from console.api import RequestBody, Who, part, router
-from console.api.typed_route import Responses
+from console.api import RequestBody, Who, part, router, sends_file
 from console.http.downloads import named
 from console.recording.service import KEPT_BY, MAX_NAME_LETTERS, MAX_NOTE_LETTERS, RecordingService, RecordingState
 from console.recording.work import FinishedRecording
@@ -23,11 +22,10 @@ Recorder = Annotated[RecordingService, part(RecordingService)]
 Name = Annotated[str, Path(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
 SampleName = Literal["room", "floor", "people"]
 MAX_PART_S = 100_000.0
-MEDIA_TYPE = ANY_FILE
 RECORDING_LIMIT = BodyLimit((ANY_FILE,), 100_000_000, 6.0)
 PartBegin = Annotated[float, Query(ge=0, description="[s] after the start")]
 PartEnd = Annotated[float, Query(gt=0, le=MAX_PART_S, description="[s] after the start")]
-FILMS: Responses = {200: {"content": {"image/webp": {}, "image/gif": {}}}}
+FILMS = ("image/webp", "image/gif")
 
 
 class StartRecordingRequest(RequestBody):
@@ -118,17 +116,15 @@ async def keep(asked: KeepRequest, recorder: Recorder, who: Who) -> FinishedReco
     return kept
 
 
-@recordings.get("/recordings/{name}", response_class=Response, responses={200: {"content": {MEDIA_TYPE: {}}}})
+@recordings.get("/recordings/{name}", **sends_file(ANY_FILE))
 @needs("viewer")
 async def download(name: Name, recorder: Recorder) -> Response:
     """The MCAP."""
     path = await asyncio.to_thread(recorder.file, name)
-    return FileResponse(path, media_type=MEDIA_TYPE, headers=named(path.name))
+    return FileResponse(path, media_type=ANY_FILE, headers=named(path.name))
 
 
-@recordings.get(
-    "/recordings/{name}/picture", response_class=Response, responses={200: {"content": {"image/jpeg": {}}}}
-)
+@recordings.get("/recordings/{name}/picture", **sends_file("image/jpeg"))
 @needs("viewer")
 async def picture(name: Name, recorder: Recorder) -> Response:
     """A small picture out of its middle. 404 where it has none."""
@@ -142,7 +138,7 @@ async def export(name: Name, asked: PartRequest, recorder: Recorder, who: Who) -
     return await recorder.cut(await asyncio.to_thread(recorder.file, name), asked.from_s, asked.to_s, who)
 
 
-@recordings.get("/recordings/{name}/film.{form}", response_class=Response, responses=FILMS)
+@recordings.get("/recordings/{name}/film.{form}", **sends_file(*FILMS))
 @needs("viewer")
 async def film(name: Name, form: FilmForm, recorder: Recorder, from_s: PartBegin, to_s: PartEnd) -> Response:
     """A film of a part: the map as it was shown, and what the camera saw."""

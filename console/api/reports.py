@@ -12,9 +12,8 @@ import numpy as np
 from fastapi import Path, Response
 
 from console.access.roles import needs
-from console.api import CalibrationSessions, HistoryInUse, SavedMaps, part, router
+from console.api import CalibrationSessions, HistoryInUse, SavedMaps, part, router, sends_file
 from console.api.experiments import FIGURES
-from console.api.typed_route import Responses
 from console.experiments.runs import ExperimentRun, ExperimentRuns
 from console.http.downloads import file_named
 from console.http.problems import Problem
@@ -28,20 +27,19 @@ from core.pipelines.report_document import document_html, picture_html, table_ht
 reports = router("reports", 404, 409, 503)
 
 MEDIA_TYPE = "text/html"
-HTML_ANSWER: Responses = {200: {"content": {MEDIA_TYPE: {}}}}
 SVG_TYPE = "image/svg+xml"
 MAX_LISTED = 500  # rows of a table
 STATE_WORDS = {"pre-empted": "replaced"}  # as the page says it
 
 
-@reports.get("/reports/map", response_class=Response, responses=HTML_ANSWER)
+@reports.get("/reports/map", **sends_file(MEDIA_TYPE))
 @needs("viewer")
 async def map_report(maps: SavedMaps) -> Response:
     """The map in use: its plan, what it is made of, places, zones and landmarks."""
     return sent(await asyncio.to_thread(map_document, maps), "map")
 
 
-@reports.get("/reports/drive", response_class=Response, responses=HTML_ANSWER)
+@reports.get("/reports/drive", **sends_file(MEDIA_TYPE))
 @needs("viewer")
 async def drive_report(maps: SavedMaps, history: HistoryInUse) -> Response:
     """The drive so far: the way on the plan, its length and time, and every command with its end."""
@@ -59,7 +57,7 @@ async def drive_report(maps: SavedMaps, history: HistoryInUse) -> Response:
     return sent(await asyncio.to_thread(lambda: drive_document(maps, rows)), "drive")
 
 
-@reports.get("/reports/calibration/{kind}", response_class=Response, responses=HTML_ANSWER)
+@reports.get("/reports/calibration/{kind}", **sends_file(MEDIA_TYPE))
 @needs("viewer")
 async def calibration_report(kind: CalibrationKind, calibrations: CalibrationSessions) -> Response:
     """The accepted calibration of the camera or of the laser: its numbers with what is known of their errors."""
@@ -70,7 +68,7 @@ async def calibration_report(kind: CalibrationKind, calibrations: CalibrationSes
     return sent(document_html(title, [table_html(("", ""), flat(found))]), f"calibration-{kind}")
 
 
-@reports.get("/reports/experiments/{id}", response_class=Response, responses=HTML_ANSWER)
+@reports.get("/reports/experiments/{id}", **sends_file(MEDIA_TYPE))
 @needs("viewer")
 async def experiment_report(
     id: Annotated[str, Path(max_length=40)], kept: Annotated[ExperimentRuns, part(ExperimentRuns)]

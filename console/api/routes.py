@@ -9,7 +9,7 @@ from fastapi import Path, Response
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import RequestBody, Who, part, problems, router
+from console.api import RequestBody, Who, part, problems, router, sends_file
 from console.http.problems import Problem
 from console.maps.marks import RouteMark
 from console.maps.routes import MAX_SAID_LETTERS, MAX_STOPS, MAX_WAIT_S, RouteRun, RouteService, RouteState
@@ -149,11 +149,7 @@ async def pictures(service: Routes) -> PictureList:
     return PictureList(await asyncio.to_thread(newest_first))
 
 
-@routes.get(
-    "/route/pictures/{name}",
-    response_class=Response,
-    responses={200: {"content": {"image/jpeg": {}}}, **problems(404)},
-)
+@routes.get("/route/pictures/{name}", **sends_file("image/jpeg", errors=[404]))
 @needs("viewer")
 async def picture(name: PictureName, service: Routes) -> Response:
     """A picture that was taken at a stop."""

@@ -10,8 +10,7 @@ from fastapi import Path, Response
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, HistoryInUse, RequestBody, RobotInUse, Who, part, router
-from console.api.typed_route import Responses
+from console.api import Behind, HistoryInUse, RequestBody, RobotInUse, Who, part, router, sends_file
 from console.http.problems import Problem
 from console.speech.quality_runs import QualityRuns, QualityRunState, QualitySetup
 from core.robots.requests import ReadPlan, ReadTruth
@@ -30,7 +29,6 @@ ONLY_SIMULATED = (
     "hears, and compare them: beckon speech-quality --orig-wav ORIG.wav --rev-wav REV.wav"
 )
 DEFAULT_DISTANCES_M = (1.0, 2.0, 3.0)  # when nobody says anything else
-PAGE: Responses = {200: {"content": {"text/html": {}}}}
 
 
 class QualityRequest(RequestBody):
@@ -115,7 +113,7 @@ async def delete(id: Id, quality: QualityTests) -> None:
     await quality.delete(quality.find(id))
 
 
-@speech_quality.get("/speech-quality/{id}/report/{row}", response_class=Response, responses=PAGE)
+@speech_quality.get("/speech-quality/{id}/report/{row}", **sends_file("text/html"))
 @needs("viewer")
 async def report(id: Id, row: Annotated[int, Path(ge=0, le=100)], quality: QualityTests) -> Response:
     """The page of one place: texts side by side, figures, spectrograms."""

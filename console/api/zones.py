@@ -7,8 +7,8 @@ from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
 from console.access.roles import ZIP_LIMIT, needs
-from console.api import RequestBody, Who, part, router
-from console.api.maps import ZIP_BODY, NewName, answers, zip_of
+from console.api import RequestBody, Who, part, router, sends_file
+from console.api.maps import NewName, zip_of
 from console.http.downloads import file_named
 from console.maps.marks import ZoneMark
 from console.maps.store import MAX_NAME_LETTERS
@@ -74,14 +74,14 @@ async def add(asked: ZoneRequest, service: Zones, who: Who) -> ZoneRow:
     return row_of(await service.add(ZoneMark(asked.name, asked.kind, points, asked.max_speed_m_s), who))
 
 
-@zones.get("/zones/masks", response_class=Response, responses=answers("application/zip"))
+@zones.get("/zones/masks", **sends_file("application/zip"))
 @needs("viewer")
 async def masks(service: Zones) -> Response:
     """All zones as Nav2's filter masks, in a zip: keep-out (trinary), speed in cm/s (raw), and Nav2's parameters."""
     return file_named(zip_of(await service.masks()), "masks.zip", "application/zip")
 
 
-@zones.post("/zones/masks", status_code=201, openapi_extra=ZIP_BODY)
+@zones.post("/zones/masks", status_code=201)
 @needs("operator", body=ZIP_LIMIT)
 async def take_in(
     request: Request,

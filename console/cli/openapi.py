@@ -1,6 +1,7 @@
 """`beckon openapi`: the description of the HTTP interface, as a console has it at /openapi.json."""
 
 import argparse
+import json
 from typing import Any
 
 from console.cli.answer import write
@@ -18,8 +19,7 @@ def add(places: Any) -> None:
 def run(chosen: argparse.Namespace) -> int:
     """Print it."""
     from console.api.documentation import ADDRESS  # the whole console: only when it is asked for
-    from console.api.documentation import write as describe
     from console.app import described_app
 
-    write(describe(described_app()).openapi.decode().replace(ADDRESS, chosen.server.rstrip("/")))
+    write(json.dumps(described_app().openapi()).replace(ADDRESS, chosen.server.rstrip("/")))
     return 0

@@ -1,7 +1,6 @@
 """`beckon settings`: every setting that a file can change, and the schema of that file for editors."""
 
 import argparse
-import dataclasses
 import inspect
 from typing import Any, NamedTuple
 
@@ -25,29 +24,24 @@ def add(places: Any) -> None:
 
 def run(chosen: argparse.Namespace) -> int:
     """Print one section or all, or the schema. Raises BadInput for a section that does not exist."""
-    sections = section_kinds()
-    if chosen.section and chosen.section not in sections:
-        raise BadInput(f"There is no section {chosen.section[:40]!r}; there are {', '.join(sections)}.")
+    from core.settings import section_kinds  # all algorithms take a moment: only where they are needed
+
+    kinds = section_kinds()
+    if chosen.section and chosen.section not in kinds:
+        raise BadInput(f"There is no section {chosen.section[:40]!r}; there are {', '.join(kinds)}.")
     if chosen.section:
-        sections = {chosen.section: sections[chosen.section]}
+        kinds = {chosen.section: kinds[chosen.section]}
     if chosen.schema:
-        write_json(schema(sections))
+        write_json(schema(kinds))
     elif chosen.json:
-        write_json({name: [row._asdict() for row in rows(kind)] for name, kind in sections.items()})
+        write_json({name: [row._asdict() for row in rows(kind)] for name, kind in kinds.items()})
     else:
-        for name, kind in sections.items():
+        for name, kind in kinds.items():
             write(f"[{name}]")
             for row in rows(kind):
                 write(line(row))
             write("")
     return 0
-
-
-def section_kinds() -> dict[str, type[Section]]:
-    """Name of a section → its class."""
-    from core.settings import Settings  # all algorithms take a moment: only where they are needed
-
-    return {one.name: type(getattr(Settings(), one.name)) for one in dataclasses.fields(Settings)}
 
 
 class Row(NamedTuple):
@@ -99,7 +93,7 @@ def shown(value: Any) -> str:
 
 def schema(sections: dict[str, type[Section]]) -> dict[str, Any]:
     """JSON Schema (draft 4, which editors of TOML read) of a settings file with these sections."""
-    from core.settings import FORMER  # see section_kinds
+    from core.settings import FORMER  # see run
 
     former = {old: {"$ref": f"#/definitions/{new}"} for old, new in FORMER.items() if new in sections}
     return {

@@ -17,8 +17,8 @@ from console.workers.tasks import to_the_end
 from core.errors import BadInput
 from core.files import saving, write_atomic
 from core.pilot.pilot import Pilot
-from core.setting import DeclaredSetting, Section, declared_settings
-from core.settings import FORMER, Settings, read
+from core.setting import DeclaredSetting, declared_settings
+from core.settings import FORMER, Settings, read, section_kinds
 
 # One value in a settings file, changed in its own line: comments, order and everything else stay.
 
@@ -157,12 +157,7 @@ class SettingsInUse(Part):
     @property
     def state(self) -> SettingsState:
         """Every common setting."""
-        rows = [
-            self._state(section, one)
-            for section, kind in sections().items()
-            for one in declared_settings(kind)
-            if one.meta.common
-        ]
+        rows = [self._state(section, one) for section in section_kinds() for one in common(section)]
         return SettingsState(str(self._file), any(row.value != row.saved for row in rows), rows)
 
     async def change(self, section: str, name: str, value: Value | None) -> ChangedSetting:
@@ -218,14 +213,9 @@ class SettingsInUse(Part):
         )
 
 
-def sections() -> dict[str, type[Section]]:
-    """Every section of a settings file and its class."""
-    return {one.name: type(getattr(Settings(), one.name)) for one in dataclasses.fields(Settings)}
-
-
 def common(section: str) -> list[DeclaredSetting]:
     """The common settings of a section; none of one that does not exist."""
-    kind = sections().get(section)
+    kind = section_kinds().get(section)
     return [] if kind is None else [one for one in declared_settings(kind) if one.meta.common]
 
 

@@ -35,6 +35,7 @@ from console.fleet.bus import (
     open_session,
 )
 from console.maps.service import MapService
+from console.messages import filled
 from console.part import Part
 from console.robot.supervisor import RobotSupervisor
 from core.errors import BadInput, Unavailable
@@ -148,9 +149,7 @@ class FleetMember(Part):
         (link, age), gate, profile = self._robot.link(), self._robot.status(), self._robot.profile
         pose, active, holder = snapshot.estimate.pose, snapshot.active_command, self._lease.holder
         notice = next((one for one in reversed(self._notifications.shown) if one.cause != NOTICE_CAUSE), None)
-        command = None
-        if active is not None:
-            command = CommandReport(active.name, active.heard_as, active.who, active.progress)
+        command = None if active is None else filled(CommandReport, active)
         said = None
         if notice is not None:
             said = NoticeReport(notice.level, str.__str__(notice.text), *code_of(notice.text))
@@ -160,7 +159,7 @@ class FleetMember(Part):
             simulated=profile.simulated,
             robot_link=link,
             robot_age_s=round(age, 3),
-            pose=PoseReport(round(pose.x, 3), round(pose.y, 3), round(pose.heading, 3)),
+            pose=filled(PoseReport, pose, 3),
             speed_m_s=round(abs(snapshot.velocity.v), 3),
             lost=snapshot.floor.lost is not None,
             map=MapReport(self._maps.shown.name, self._maps.frame),

@@ -7,7 +7,7 @@ import msgspec
 from fastapi import Path, Response
 
 from console.access.roles import needs
-from console.api import Who, base, problems, router
+from console.api import Who, base, router, sends_file
 from console.fleet.bus import RobotFacts, StopKind
 from console.fleet.router import FleetStop
 from console.fleet.table import FleetRobot, Need, Presence
@@ -149,11 +149,7 @@ async def reset_halt(runtime: Fleet, who: Who) -> ResetFleetHalt:
     return ResetFleetHalt()
 
 
-@fleet.get(
-    "/fleet/robots/{name}/picture",
-    response_class=Response,
-    responses={200: {"content": {"image/jpeg": {}}}, **problems(404)},
-)
+@fleet.get("/fleet/robots/{name}/picture", **sends_file("image/jpeg", errors=[404]))
 @needs("viewer")
 async def picture(name: RobotName, runtime: Fleet, who: Who) -> Response:
     """The newest picture of a robot, small. The robot sends one when it is asked, and none otherwise."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
+from console.messages import filled
 from core.sensors import Camera
 from core.snapshot import Hearing, VoiceDirection
 
@@ -85,20 +86,9 @@ def ears(
 def voice(direction: VoiceDirection, camera: Camera | None) -> VoiceHeard:
     """A voice → its row."""
     x, y = direction.heard_at.tolist()
-    return VoiceHeard(
-        id=direction.id,
-        azimuth_rad=round(direction.azimuth, DECIMAL_DIGITS),
-        azimuth_world_rad=round(direction.azimuth_world, DECIMAL_DIGITS),
-        sd_rad=round(direction.sd, DECIMAL_DIGITS),
-        sd_heard_rad=round(direction.sd_heard, DECIMAL_DIGITS),
-        elevation_rad=None if direction.elevation is None else round(direction.elevation, DECIMAL_DIGITS),
-        ambiguity=direction.ambiguity,
-        strength=round(direction.strength, DECIMAL_DIGITS),
-        age_s=round(direction.age, 3),
-        x_m=round(x, DECIMAL_DIGITS),
-        y_m=round(y, DECIMAL_DIGITS),
-        columns_px=None if camera is None else columns(direction.azimuth, direction.sd_heard, camera),
-    )
+    seen = None if camera is None else columns(direction.azimuth, direction.sd_heard, camera)
+    at = {"x_m": round(x, DECIMAL_DIGITS), "y_m": round(y, DECIMAL_DIGITS)}
+    return filled(VoiceHeard, direction, DECIMAL_DIGITS, columns_px=seen, **at)
 
 
 def columns(azimuth: float, sd: float, camera: Camera) -> tuple[float, float, float] | None:

@@ -4,6 +4,7 @@ import math
 
 import msgspec
 
+from console.messages import filled
 from core.geometry import Pose, wrap
 from core.message import Array
 from core.slam.consistency import nees
@@ -109,17 +110,8 @@ def submap(room: SubmapView) -> SubmapRow:
 
 def closure(status: ClosureStatus) -> ClosureRow:
     """A place that was recognised."""
-    return ClosureRow(
-        id=status.id,
-        stamp_s=round(status.stamp, 2),
-        submap_from=status.submap_from,
-        submap_to=status.submap_to,
-        position_from=spot(status.position_from),
-        position_to=spot(status.position_to),
-        score=round(status.score, 3),
-        state=status.state,
-        words=status.words,
-    )
+    ends = {"position_from": spot(status.position_from), "position_to": spot(status.position_to)}
+    return filled(ClosureRow, status, 3, **ends)
 
 
 def lost(status: LostStatus) -> LocalizationState:

@@ -2,6 +2,7 @@
 
 import msgspec
 
+from console.messages import filled
 from core.calibration.laser.drift import Drift
 from core.perception.image_quality import quality as image_quality
 from core.perception.image_quality.quality import PictureState
@@ -74,17 +75,4 @@ def quality(judged: image_quality.PictureQuality | None) -> PictureQualityState 
 
 def drift(seen: Drift | None) -> CalibrationDriftState | None:
     """Return whether the camera still sits as it was calibrated."""
-    if seen is None:
-        return None
-    return CalibrationDriftState(
-        turn_rad=round(seen.turn, 5),
-        turn_sd_rad=round(seen.turn_sd, 5),
-        apparent_rad=round(seen.apparent, 5),
-        apparent_sd_rad=round(seen.apparent_sd, 5),
-        shift_m=round(seen.shift, 4),
-        shift_sd_m=round(seen.shift_sd, 4),
-        pairs=seen.pairs,
-        corners=seen.corners,
-        alarm=seen.alarm,
-        words=seen.words,
-    )
+    return None if seen is None else filled(CalibrationDriftState, seen, 5)

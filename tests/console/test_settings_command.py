@@ -9,9 +9,9 @@ import jsonschema_rs
 import pytest
 
 from console.__main__ import build_parser, main
-from console.cli.settings import schema, section_kinds
+from console.cli.settings import schema
 from core.setting import declared_settings
-from core.settings import FORMER, Settings, read
+from core.settings import FORMER, Settings, read, section_kinds
 
 
 def printed(capsys: pytest.CaptureFixture[str], *words: str) -> str:

@@ -4,16 +4,16 @@ import argparse
 import inspect
 import json
 from collections.abc import Iterator
-from typing import cast, get_args, get_type_hints
+from typing import Any, cast, get_args, get_type_hints
 
 import msgspec
-from fastapi.routing import APIRoute
 
 from console.access.roles import declared
+from console.api.documentation import ADDRESS
 from console.api.typed_route import TypedRoute
 from console.app import described_app
 from console.cli import build_parser
-from console.cli.settings import rows, section_kinds
+from console.cli.settings import rows
 from console.fleet_server.api import FleetState
 from console.messages import inbound
 from console.messages import state as messages
@@ -22,6 +22,7 @@ from core.commands import VOCABULARY
 from core.robots.injected_faults import INJECTABLE_FAULTS
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile
 from core.sensors.checks import CHECKS
+from core.settings import section_kinds
 from tests.reference.script_types import HEADER, Shape, collect, declarations, js_type, socket_types
 
 NOTE = "<!-- Written by `python -m tests.reference`; a test keeps it equal to the code. Do not edit. -->"
@@ -200,22 +201,97 @@ def file_entry(each: msgspec.inspect.Field) -> tuple[str, ...]:
 
 
 def rest_page() -> str:
-    """Every endpoint with its role."""
-    topics: dict[str, list[tuple[str, ...]]] = {}
-    for route in described_app().routes:
-        if isinstance(route, APIRoute) and route.include_in_schema:
-            need = declared(route)
-            topic = str(route.tags[0]) if route.tags else "other"
-            method = ", ".join(sorted(route.methods or ()))
-            about = (inspect.getdoc(route.endpoint) or "").split("\n\n")[0].replace("\n", " ")
-            topics.setdefault(topic, []).append((f"`{method} {route.path}`", need.role if need else "", about))
-    intro = (
-        "JSON in and out, keys with units in their names. Sign in with `Authorization: Bearer KEY`. Errors are "
-        "`application/problem+json` with a sentence in `detail`; the input is never repeated in it. `/docs` on a "
-        "running console has every field."
-    )
-    parts = [f"## {topic}\n\n{table(('call', 'role', 'does'), rows)}" for topic, rows in topics.items()]
-    return page("REST", intro, *parts)
+    """OpenAPI → Markdown: a chapter for each topic, a section for each operation."""
+    description = described_app().openapi()
+    schemas = description["components"]["schemas"]
+    topics: dict[str, list[str]] = {}
+    for path, operations in description["paths"].items():
+        for method, operation in operations.items():
+            topic = operation["tags"][0].replace("_", " ")
+            topics.setdefault(topic, []).append(operation_section(method.upper(), path, operation, schemas))
+    chapters = (f"## {topic.capitalize()}\n\n" + "\n\n".join(sections) for topic, sections in topics.items())
+    return page("REST", REST_INTRO, *chapters)
+
+
+REST_INTRO = f"""JSON in and out, keys with units in their names. Errors are `application/problem+json` with a
+sentence in `detail`; the input is never repeated in it. Sign in by cookie (`POST /api/login`) or send
+`Authorization: Bearer KEY`. A key stands behind `#t=` in the link that was printed at the start;
+`beckon token add NAME --role operator` makes a fixed one for a program. In the examples it is in `$KEY`:
+
+```sh
+curl -H "Authorization: Bearer $KEY" {ADDRESS}/api/state
+```
+
+The description is in [openapi.json]({ADDRESS}/openapi.json), that of the messages on `/ws` and `/ws/audio` in
+[api/socket.json]({ADDRESS}/api/socket.json)."""
+
+
+def operation_section(method: str, path: str, operation: dict[str, Any], schemas: dict[str, Any]) -> str:
+    """One operation: its purpose, what it takes, and an example."""
+    rows = [
+        parameter_row(each["name"], each["schema"], each["in"], each.get("required", False))
+        for each in operation.get("parameters", ())
+    ]
+    content = operation.get("requestBody", {}).get("content", {})
+    for kind, body in content.items():
+        shape = schemas.get(body["schema"].get("$ref", "").rpartition("/")[2], {})
+        fields = [
+            parameter_row(name, what, "body", name in shape.get("required", ()))
+            for name, what in shape.get("properties", {}).items()
+        ]
+        rows += fields or [f"| `{kind}` | body | file | yes |"]
+    table = ["| takes | in | type | needed |", "| --- | --- | --- | --- |", *rows] if rows else []
+    about = operation.get("description") or operation.get("summary") or ""
+    who = "Anybody." if operation["x-role"] == "public" else f"Role: {operation['x-role']}."
+    example = f"```sh\n{curl(method, path, operation, schemas)}\n```"
+    return "\n\n".join(filter(None, (f"### `{method} {path}`", about, who, "\n".join(table), example)))
+
+
+def curl(method: str, path: str, operation: dict[str, Any], schemas: dict[str, Any]) -> str:
+    """The call as it may be copied into a shell; what stands in braces is to be filled in."""
+    words = ["curl"]
+    if operation["security"]:
+        words.append('-H "Authorization: Bearer $KEY"')
+    content = operation.get("requestBody", {}).get("content", {})
+    sends = next(iter(content), "")
+    if sends == "application/json":
+        body = json.dumps(example_of(content[sends]["schema"], schemas), ensure_ascii=False)
+        words += [f"-H 'Content-Type: {sends}'", f"-d '{body}'"]
+    elif sends:
+        words += [f"-H 'Content-Type: {sends}'", "--data-binary @FILE"]
+    if method != ("POST" if sends else "GET"):
+        words.append(f"-X {method}")
+    answers = operation["responses"].get("200", {}).get("content", {})
+    if not any(kind.endswith("json") for kind in answers if answers[kind]) and method == "GET":
+        words.append("-O")
+    address = f"{ADDRESS}{path}"
+    return " ".join([*words, f"'{address}'" if "{" in address else address])
+
+
+def example_of(shape: dict[str, Any], schemas: dict[str, Any]) -> Any:
+    """A value of this form: an example that is declared, else the plainest."""
+    if "$ref" in shape:
+        return example_of(schemas[shape["$ref"].rpartition("/")[2]], schemas)
+    for key in ("examples", "enum", "anyOf", "oneOf"):
+        if key in shape:
+            first = shape[key][0]
+            return first if key in ("examples", "enum") else example_of(first, schemas)
+    for key in ("const", "default", "minimum"):
+        if key in shape:
+            return shape[key]
+    if shape.get("type") == "object":
+        named = shape.get("properties", {})
+        return {name: example_of(named[name], schemas) for name in shape.get("required", ())}
+    if shape.get("type") == "array":
+        return [example_of(shape["items"], schemas)] * shape.get("minItems", 0)
+    return {"string": "…", "integer": 1, "number": 1.0, "boolean": True}.get(shape.get("type", ""))
+
+
+def parameter_row(name: str, shape: dict[str, Any], place: str, required: bool) -> str:
+    """One parameter, or one key of a body."""
+    kinds = [part.get("type") or part.get("$ref", "").rpartition("/")[2] for part in shape.get("anyOf", [shape])]
+    words = ", ".join(f"`{value}`" for value in shape.get("enum", ())) or " or ".join(filter(None, kinds))
+    return f"| `{name}` | {place} | {words} | {'required' if required else 'optional'} |"
 
 
 ROLES = {

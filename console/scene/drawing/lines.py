@@ -1,12 +1,16 @@
 """Lines in the scene: one node each, made once, redrawn by setting properties."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from viser import LineSegmentsHandle, SceneApi
 
-from console.scene.drawing.palette import Colour, as_drawn
+from console.scene.drawing.palette import UNSURE, Colour, as_drawn
 from core.message import Array
 
 NOWHERE = np.zeros((1, 2, 3), np.float32)
+NOTHING = np.zeros((0, 2, 3))
+CROSS = np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])  # (2, 2, 2)
 CIRCLE = np.linspace(0.0, 2 * np.pi, 33)
 CHUNK_POINTS = 500  # points of a long line in one node
 
@@ -34,6 +38,12 @@ class Lines:
         self._node.points = segments.astype(np.float32)
         self._node.colors = np.repeat(as_drawn(each)[:, None, :], 2, axis=1)
         self._node.visible = True
+
+    def draw_each(self, pieces: Iterable[tuple[Array, Colour]]) -> None:
+        """Draw pieces of segments (N, 2, 3) [m], each in one colour."""
+        every = [(NOTHING, UNSURE), *pieces]
+        colours = [np.tile(np.array(colour, np.uint8), (len(piece), 1)) for piece, colour in every]
+        self.draw(np.concatenate([piece for piece, _ in every]), np.concatenate(colours))
 
 
 class LongLine:
@@ -71,18 +81,23 @@ class LongLine:
 def joined(points: Array, height: float) -> Array:
     """Points (K, 2) → the segments (K-1, 2, 3) between neighbours, `height` [m] above the floor."""
     if len(points) < 2:
-        return np.zeros((0, 2, 3))
-    lifted = np.column_stack((points, np.full(len(points), height)))
-    return np.stack((lifted[:-1], lifted[1:]), axis=1)
+        return NOTHING
+    high = lifted(points, height)
+    return np.stack((high[:-1], high[1:]), axis=1)
+
+
+def lifted(points: Array, height: float) -> Array:
+    """Points (…, 2) [m] → (…, 3), `height` [m] above the floor."""
+    return np.concatenate((points, np.full((*points.shape[:-1], 1), height)), axis=-1)
 
 
 def ellipses(centres: Array, covariances: Array, sigmas: float, height: float) -> Array:
     """Centres (N, 2), covariances (N, 2, 2) → the outlines (N·32, 2, 3) of `sigmas` standard deviations."""
     if len(centres) == 0:
-        return np.zeros((0, 2, 3))
+        return NOTHING
     values, vectors = np.linalg.eigh(0.5 * (covariances + covariances.transpose(0, 2, 1)))
     axes = vectors * (sigmas * np.sqrt(np.maximum(values, 0.0)))[:, None, :]
     ring = np.stack((np.cos(CIRCLE), np.sin(CIRCLE)))
     outline = centres[:, None, :] + (axes @ ring).transpose(0, 2, 1)
-    lifted = np.concatenate((outline, np.full((*outline.shape[:2], 1), height)), axis=2)
-    return np.stack((lifted[:, :-1], lifted[:, 1:]), axis=2).reshape(-1, 2, 3)
+    high = lifted(outline, height)
+    return np.stack((high[:, :-1], high[:, 1:]), axis=2).reshape(-1, 2, 3)

@@ -3,7 +3,7 @@
 import numpy as np
 from viser import SceneApi
 
-from console.scene.drawing.lines import Lines
+from console.scene.drawing.lines import Lines, lifted
 from console.scene.drawing.palette import CONVEX, DOUBT, UNSURE
 from core.message import Array
 from core.robots import Profile
@@ -33,9 +33,10 @@ class Associations:
         pose = snapshot.estimate.pose
         here = np.array([pose.x, pose.y])
         matched, rejected = places(self._shown, ("matched",)), places(self._shown, REJECTED)
-        self._rays.draw(lifted(rays(here, matched)))
-        self._rejected.draw(lifted(np.concatenate((dashes(here, rejected), crosses(rejected)))))
-        self._trial.draw(lifted(crosses(places(self._shown, ON_TRIAL))))
+        self._rays.draw(lifted(rays(here, matched), HEIGHT_M))
+        broken = np.concatenate((dashes(here, rejected), crosses(rejected)))
+        self._rejected.draw(lifted(broken, HEIGHT_M))
+        self._trial.draw(lifted(crosses(places(self._shown, ON_TRIAL)), HEIGHT_M))
 
 
 def places(associations: tuple[Association, ...], fates: tuple[str, ...]) -> Array:
@@ -61,8 +62,3 @@ def crosses(centres: Array) -> Array:
     one, other = np.array([CROSS_ARM_M, CROSS_ARM_M]), np.array([CROSS_ARM_M, -CROSS_ARM_M])
     starts, ends = np.vstack((centres - one, centres - other)), np.vstack((centres + one, centres + other))
     return np.stack((starts, ends), axis=1)
-
-
-def lifted(segments: Array) -> Array:
-    """Segments (N, 2, 2) → (N, 2, 3) just above the floor."""
-    return np.concatenate((segments, np.full((*segments.shape[:2], 1), HEIGHT_M)), axis=2)

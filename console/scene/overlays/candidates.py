@@ -3,7 +3,7 @@
 import numpy as np
 from viser import SceneApi
 
-from console.scene.drawing.lines import Lines
+from console.scene.drawing.lines import Lines, lifted
 from console.scene.drawing.palette import DOUBT, UNSURE, mix
 from core.message import Array
 from core.robots import Profile
@@ -29,12 +29,9 @@ class CandidatePoses:
         if lost is self._shown:
             return
         self._shown = lost
-        if lost is None or len(lost.candidates) == 0:
-            self._strokes.draw(np.zeros((0, 2, 3)))
-            return
-        drawn = np.concatenate([stood(self._outline, place) for place in lost.candidates])
-        shades = [mix(DOUBT, UNSURE, 1.0 if rank == 0 else 0.5) for rank in range(len(lost.candidates))]
-        self._strokes.draw(drawn, np.repeat(np.array(shades, np.uint8), len(self._outline), axis=0))
+        places = () if lost is None else lost.candidates
+        shades = (DOUBT, mix(DOUBT, UNSURE, 0.5))
+        self._strokes.draw_each((stood(self._outline, one), shades[rank > 0]) for rank, one in enumerate(places))
 
 
 def outline(radius: float) -> Array:
@@ -49,5 +46,4 @@ def stood(segments: Array, place: Array) -> Array:
     """Segments (N, 2, 2), robot frame, and a place (3,) x, y [m], heading [rad] → (N, 2, 3), world."""
     x, y, heading = place.tolist()
     turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
-    world = segments @ turn + (x, y)
-    return np.concatenate((world, np.full((*world.shape[:2], 1), HEIGHT_M)), axis=2)
+    return lifted(segments @ turn + (x, y), HEIGHT_M)

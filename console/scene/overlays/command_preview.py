@@ -7,7 +7,7 @@ import numpy as np
 from viser import SceneApi
 
 from console.control.command_preview import caller, preview
-from console.scene.drawing.lines import CIRCLE, Lines
+from console.scene.drawing.lines import CIRCLE, NOTHING, Lines, lifted
 from console.scene.drawing.palette import PREVIEW
 from core.commands.command import Command, CommandPreview
 from core.message import Array
@@ -20,7 +20,6 @@ DASH_M = 0.07  # of a stroke, and of the gap after it
 RAY_LENGTH_M = 3.0  # towards who spoke
 ARROW_HEAD_M = 0.05  # of the two strokes that end a turn
 GOAL_RADII = 1.15  # radii of the robot of the ring around the goal
-NOTHING = np.zeros((0, 2, 3))
 
 
 class PreviewLines:
@@ -58,8 +57,7 @@ def strokes_of(seen: CommandPreview, call: VoiceBearing | None, radius: float) -
         ray = call.ray
         start = np.array([ray.x, ray.y])
         pieces.append(dashed(np.array([start, start + RAY_LENGTH_M * _unit(ray.azimuth)]), DASH_M))
-    flat = np.concatenate(pieces)
-    return np.concatenate((flat, np.full((*flat.shape[:2], 1), HEIGHT_M)), axis=2)
+    return lifted(np.concatenate(pieces), HEIGHT_M)
 
 
 def dashed(points: Array, dash: float) -> Array:

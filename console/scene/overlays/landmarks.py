@@ -3,7 +3,7 @@
 import numpy as np
 from viser import SceneApi
 
-from console.scene.drawing.lines import Lines, ellipses
+from console.scene.drawing.lines import NOTHING, Lines, ellipses, lifted
 from console.scene.drawing.palette import CONCAVE, CONVEX, UNSURE, mix
 from core.message import Array
 from core.robots import Profile
@@ -33,8 +33,8 @@ class Landmarks:
             return
         self._shown = seen
         if not rows:
-            self._ellipses.draw(np.zeros((0, 2, 3)))
-            self._posts.draw(np.zeros((0, 2, 3)))
+            self._ellipses.draw(NOTHING)
+            self._posts.draw(NOTHING)
             return
         centres = np.array([row.position for row in rows])
         covariances = np.array([row.covariance for row in rows]) + MIN_VARIANCE_M2 * np.eye(2)
@@ -65,5 +65,4 @@ def colour(row: Landmark) -> tuple[int, int, int]:
 def posts(centres: Array, known: Array) -> Array:
     """Centres (N, 2), knowledge (N,) → upright segments (N, 2, 3)."""
     tops = MIN_POST_M + (MAX_POST_M - MIN_POST_M) * known
-    low = np.column_stack((centres, np.full(len(centres), HEIGHT_M)))
-    return np.stack((low, np.column_stack((centres, tops))), axis=1)
+    return np.stack((lifted(centres, HEIGHT_M), np.column_stack((centres, tops))), axis=1)

@@ -3,7 +3,7 @@
 import numpy as np
 from viser import SceneApi
 
-from console.scene.drawing.lines import Lines
+from console.scene.drawing.lines import CROSS, Lines, lifted
 from console.scene.drawing.palette import CLOSURE, DOUBT, UNSURE, Colour
 from core.message import Array
 from core.robots import Profile
@@ -30,14 +30,7 @@ class LoopClosureArcs:
         if snapshot.floor.closures is self._shown:
             return
         self._shown = snapshot.floor.closures
-        if not self._shown:
-            self._arches.draw(np.zeros((0, 2, 3)))
-            return
-        drawn = [strokes_of(closure) for closure in self._shown]
-        colours = [
-            np.tile(COLOURS[closure.state], (len(part), 1)) for closure, part in zip(self._shown, drawn, strict=True)
-        ]
-        self._arches.draw(np.concatenate(drawn), np.concatenate(colours).astype(np.uint8))
+        self._arches.draw_each((strokes_of(closure), COLOURS[closure.state]) for closure in self._shown)
 
 
 def strokes_of(closure: ClosureStatus) -> Array:
@@ -45,7 +38,8 @@ def strokes_of(closure: ClosureStatus) -> Array:
     spans = arch(closure.position_from, closure.position_to)
     if closure.state == "undone":
         spans = spans[::2]
-    return np.concatenate((spans, cross(closure.position_from), cross(closure.position_to)))
+    ends = (closure.position_from, closure.position_to)
+    return np.concatenate((spans, *(lifted(at + FOOT_M * CROSS, FLOOR_HEIGHT_M) for at in ends)))
 
 
 def arch(start: Array, end: Array) -> Array:
@@ -55,13 +49,3 @@ def arch(start: Array, end: Array) -> Array:
     ground = start + part[:, None] * (end - start)
     points = np.column_stack((ground, FLOOR_HEIGHT_M + height * np.sin(np.pi * part)))
     return np.stack((points[:-1], points[1:]), axis=1)
-
-
-def cross(at: Array) -> Array:
-    """A place (2,) [m] → segments (2, 2, 3) along both axes."""
-    x, y = at.tolist()
-    ends = [
-        [[x - FOOT_M, y, FLOOR_HEIGHT_M], [x + FOOT_M, y, FLOOR_HEIGHT_M]],
-        [[x, y - FOOT_M, FLOOR_HEIGHT_M], [x, y + FOOT_M, FLOOR_HEIGHT_M]],
-    ]
-    return np.array(ends)

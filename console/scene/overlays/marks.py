@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from viser import LabelHandle, SceneApi
 
-from console.scene.drawing.lines import Lines, joined
+from console.scene.drawing.lines import NOTHING, Lines, joined
 from console.scene.drawing.palette import CLOSURE, DOUBT
 from core.message import Array
 from core.navigation.places import NamedPlace
@@ -55,4 +55,4 @@ class MarksOnMap:
 def outlines(zones: list[MapZone]) -> Array:
     """Zones → the segments (N, 2, 3) [m] around them."""
     rings = [joined(np.vstack((zone.points, zone.points[:1])), HEIGHT_M) for zone in zones]
-    return np.concatenate(rings) if rings else np.zeros((0, 2, 3))
+    return np.concatenate([NOTHING, *rings])

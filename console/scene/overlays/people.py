@@ -5,7 +5,7 @@ import math
 import numpy as np
 from viser import SceneApi
 
-from console.scene.drawing.lines import CIRCLE, Lines, ellipses, joined
+from console.scene.drawing.lines import CIRCLE, CROSS, Lines, ellipses, joined, lifted
 from console.scene.drawing.palette import DOUBT, SCAN, UNSURE, VOICE, Colour
 from core.message import Array
 from core.perception.people.fusion import Ray
@@ -33,13 +33,7 @@ class People:
         if key == self._drawn:
             return
         self._drawn = key
-        pieces = [] if person is None else strokes_of(person)
-        segments = [segment for segment, _ in pieces]
-        colours = [np.tile(np.array(colour, np.uint8), (len(segment), 1)) for segment, colour in pieces]
-        if segments:
-            self._strokes.draw(np.concatenate(segments), np.concatenate(colours))
-        else:
-            self._strokes.draw(np.zeros((0, 2, 3)))
+        self._strokes.draw_each([] if person is None else strokes_of(person))
 
 
 def strokes_of(person: TrackedPerson) -> list[tuple[Array, Colour]]:
@@ -49,8 +43,7 @@ def strokes_of(person: TrackedPerson) -> list[tuple[Array, Colour]]:
     strokes = [(joined(ring, HEIGHT_M), own)]
     strokes.append((ellipses(person.position[None], person.covariance[None], ELLIPSE_SDS, HEIGHT_M), own))
     if person.laser is not None:
-        arms = CROSS_ARM_M * np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])
-        strokes += [(joined(person.laser + arm, HEIGHT_M), SCAN) for arm in arms]
+        strokes.append((lifted(person.laser + CROSS_ARM_M * CROSS, HEIGHT_M), SCAN))
     for ray, colour in ((person.camera, own), (person.sound, VOICE)):
         if ray is not None:
             strokes.append((joined(_line(ray, person.position), HEIGHT_M), colour))

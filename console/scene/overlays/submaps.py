@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from viser import LabelHandle, SceneApi
 
-from console.scene.drawing.lines import Lines
+from console.scene.drawing.lines import Lines, lifted
 from console.scene.drawing.palette import POSE, ROOM, UNSURE, mix
 from core.message import Array
 from core.robots import Profile
@@ -44,12 +44,7 @@ class Submaps:
         if seen == self._shown:
             return
         self._shown = seen
-        outlines = [frame(room) for room in rooms]
-        colours = [np.tile(POSE if room.active else mix(ROOM, UNSURE, 0.5), (len(outlines[0]), 1)) for room in rooms]
-        self._frames.draw(
-            np.concatenate(outlines) if rooms else np.zeros((0, 2, 3)),
-            np.concatenate(colours).astype(np.uint8) if rooms else None,
-        )
+        self._frames.draw_each((frame(room), POSE if room.active else mix(ROOM, UNSURE, 0.5)) for room in rooms)
         for gone in self._labels.keys() - {room.id for room in rooms}:
             self._labels.pop(gone).remove()
         for room in rooms:
@@ -80,5 +75,4 @@ def frame(room: SubmapView) -> Array:
             reach = min(side / 2, max(MIN_CORNER_M, min(MAX_CORNER_M, CORNER_SHARE * side)))
             pieces.append(np.stack((at, at + (other - at) * (reach / max(side, 1e-9)))))
     segments = np.stack(pieces)
-    world = room.pose.apply(segments.reshape(-1, 2)).reshape(-1, 2, 2)
-    return np.concatenate((world, np.full((*world.shape[:2], 1), HEIGHT_M)), axis=2)
+    return lifted(room.pose.apply(segments.reshape(-1, 2)).reshape(-1, 2, 2), HEIGHT_M)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from viser import SceneApi
 
-from console.scene.drawing.lines import Lines
+from console.scene.drawing.lines import Lines, joined
 from console.scene.drawing.palette import UNSURE, VOICE, mix
 from core.message import Array
 from core.robots import Profile
@@ -33,10 +33,7 @@ class VoiceWedges:
         if key == self._drawn:
             return
         self._drawn = key
-        segments = [wedge(one) for one in voices]
-        shades = [mix(VOICE, UNSURE, max(0.0, 1 - one.age / FADE_S)) for one in voices]
-        colours = np.repeat(np.array(shades, np.uint8).reshape(-1, 3), WEDGE_RAYS + 1, axis=0)
-        self._strokes.draw(np.concatenate(segments) if segments else np.zeros((0, 2, 3)), colours)
+        self._strokes.draw_each((wedge(one), mix(VOICE, UNSURE, max(0.0, 1 - one.age / FADE_S))) for one in voices)
 
 
 def wedge(voice: VoiceDirection) -> Array:
@@ -44,6 +41,4 @@ def wedge(voice: VoiceDirection) -> Array:
     half = min(max(WEDGE_SDS * voice.sd_heard, MIN_WEDGE_HALF_RAD), math.pi)
     angles = voice.azimuth_world + np.linspace(-half, half, WEDGE_RAYS)
     rim = voice.heard_at + WEDGE_LENGTH_M * np.column_stack((np.cos(angles), np.sin(angles)))
-    outline = np.vstack((voice.heard_at[None], rim, voice.heard_at[None]))
-    high = np.column_stack((outline, np.full(len(outline), HEIGHT_M)))
-    return np.stack((high[:-1], high[1:]), axis=1)
+    return joined(np.vstack((voice.heard_at[None], rim, voice.heard_at[None])), HEIGHT_M)

@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from console.control.settings_in_use import SettingsInUse, common, sections, with_value
+from console.control.settings_in_use import SettingsInUse, common, with_value
 from console.data_folder import SETTINGS_FILE
 from console.options import Options, settings_file
 from console.speech.robot_voice import RobotVoice
 from core.errors import BadInput
 from core.pilot.pilot import live as holding_at_once
 from core.setting import declared_settings
-from core.settings import Settings, read
+from core.settings import Settings, read, section_kinds
 from tests.console.live import Live
 
 FILE = """\
@@ -55,14 +55,14 @@ def test_a_file_of_another_kind_stays_as_it_is(text: str, why: str) -> None:
 
 
 def test_there_are_some_thirty_common_settings_without_free_texts_or_paths() -> None:
-    found = [one for section in sections() for one in common(section)]
+    found = [one for section in section_kinds() for one in common(section)]
     assert 25 <= len(found) <= 40
     assert all(one.meta.meaning for one in found)
     assert all(one.choices or one.kind is not str for one in found)
 
 
 def test_every_section_that_is_live_is_taken_by_the_pilot_or_is_the_voice() -> None:
-    for section, kind in sections().items():
+    for section, kind in section_kinds().items():
         if not any(one.meta.live for one in declared_settings(kind)) or section == "voice":
             continue
         wanted = read(f"[{section}]\n{_other(section)}\n")

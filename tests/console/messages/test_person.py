@@ -53,7 +53,7 @@ def test_every_sense_is_told_by_itself_and_all_together() -> None:
 
 def test_the_scene_draws_ring_ellipse_cross_and_bearing() -> None:
     pieces = strokes_of(SEEN)
-    assert len(pieces) == 5
+    assert len(pieces) == 4
     points = np.concatenate([segment for segment, _ in pieces])[:, :, :2].reshape(-1, 2)
     assert np.hypot(*(points - SEEN.position).T).min() < 0.2
     assert np.isfinite(points).all()
