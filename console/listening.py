@@ -1,4 +1,4 @@
-"""Where browsers come in: the data folder, the port, who may sign in, and the address that is told."""
+"""Where browsers come in: the data folder, the port, who may sign in, and the address that is printed."""
 
 import contextlib
 import os
