@@ -1,4 +1,4 @@
-"""Where browsers come in: the data folder, the port, who may sign in, and the address that is printed."""
+"""The way in for browsers: the data folder, the port, who may sign in, and the address that is printed."""
 
 import contextlib
 import os
@@ -29,7 +29,7 @@ READABLE = (
 
 
 @dataclass(frozen=True)
-class Listening:
+class OpenPort:
     """A port that is listened on, and who may come in there."""
 
     listener: socket.socket
@@ -41,7 +41,7 @@ class Listening:
 
 
 @contextlib.contextmanager
-def listening(options: Options, home: Path, *, logs: bool = True) -> Generator[Listening]:
+def listening(options: Options, home: Path, *, logs: bool = True) -> Generator[OpenPort]:
     """Take the data folder and the port; `logs`: and begin the log. Raises BadInput, Unavailable, Unwritable."""
     os.umask(0o077)  # what is written is its owner's alone
     most = raise_file_limit()
@@ -56,7 +56,7 @@ def listening(options: Options, home: Path, *, logs: bool = True) -> Generator[L
         elsewhere = "" if in_address(options.host) in LOOPBACK else address
         hosts = hosts_of(options.host, *options.allow_hosts)
         access = Access(logins, hosts, f"beckon_{port}", elsewhere, options.no_auth)
-        yield Listening(listener, port, address, access, most, damaged)
+        yield OpenPort(listener, port, address, access, most, damaged)
 
 
 def announce(options: Options, port: int, access: Access) -> None:

@@ -82,7 +82,7 @@ def problems(*errors: int) -> Responses:
 
 
 def sends_file(*types: str, errors: Sequence[int] = ()) -> dict[str, Any]:
-    """What a route declares whose endpoint answers with a file of one of these media types, or with a problem."""
+    """The declarations of a route that answers with a file of one of these media types, or with a problem."""
     return {
         "response_class": Response,
         "responses": {200: {"content": {one: {} for one in types}}, **problems(*errors)},

@@ -1,4 +1,4 @@
-"""What stands around every application: one place for errors, the guard in front."""
+"""The frame of every application: one place for errors, the guard in front."""
 
 import logging
 import secrets

@@ -69,7 +69,7 @@ class MapReport(msgspec.Struct, frozen=True):
 
 
 class RobotFacts(msgspec.Struct, frozen=True, kw_only=True):
-    """What a console says of its robot, and the fleet's page shows."""
+    """The state of a robot that its console reports and the fleet's page shows."""
 
     robot: str = ""  # its own name
     simulated: bool = False
