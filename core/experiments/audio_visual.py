@@ -14,7 +14,6 @@ from typing import TypedDict
 
 import numpy as np
 
-from core.errors import Unavailable
 from core.experiments.about import About
 from core.experiments.figures.audio_visual import audio_visual_figure
 from core.experiments.plan import ExperimentPlan, RunBatch
@@ -231,29 +230,21 @@ def errors_of(found: Mapping[str, Sequence[tuple[float, float, float, float, flo
     return errors
 
 
-@dataclass(frozen=True)
-class Work:
-    """All drives by their number."""
-
-    places: tuple[Place, ...]
-    settings: Settings
-    seed: int
-    runs: int
-
-    def __call__(self, number: int) -> dict[str, RowErrors | float]:
-        """One of them."""
-        place, run = divmod(number, self.runs)
-        return drive(self.places[place], self.settings, self.seed + run, tuple(SENSORS))
-
-
 def plan(
     *, runs: int | None = None, seed: int = 0, settings: Settings | None = None, places: tuple[Place, ...] = PLACES
 ) -> ExperimentPlan:
     """Plan `runs` drives (2) in every place, with seeds from `seed` on; figure and table."""
     count = runs or DEFAULT_RUNS
-    work = Work(places, settings or Settings(), seed, count)
+    work = partial(_work, places, settings or Settings(), seed, count)
     batch = RunBatch(work, count * len(places), dict[str, RowErrors | float])
     return ExperimentPlan((batch,), partial(_result, places, seed))
+
+
+def _work(
+    places: tuple[Place, ...], settings: Settings, seed: int, runs: int, number: int
+) -> dict[str, RowErrors | float]:
+    place, run = divmod(number, runs)
+    return drive(places[place], settings, seed + run, tuple(SENSORS))
 
 
 def _result(
@@ -268,13 +259,12 @@ def _result(
         "text": table(figures, count, seed),
         "files": {},
     }
-    drawn: dict[str, tuple[str, str | bytes]] = {}
-    if out is not None:
-        try:
-            drawn["figure"] = ("audio_visual.svg", audio_visual_figure(figures, count))
-        except Unavailable as missing:
-            result["not_drawn"] = str(missing)
-    return stored(result, out, "audio_visual", drawn)
+    return stored(
+        result,
+        out,
+        "audio_visual",
+        figures=lambda: {"figure": ("audio_visual.svg", audio_visual_figure(figures, count))},
+    )
 
 
 def _place(place: Place, done: list[dict[str, RowErrors | float]]) -> AudioVisualPlace:

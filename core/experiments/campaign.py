@@ -52,7 +52,7 @@ class RunLog:
         """A run is done, and took that much processor time. Raises Unwritable."""
         self.answers[number] = answer
         if self._file is not None:
-            kept = _plain(answer)
+            kept = msgspec.to_builtins(answer, enc_hook=_listed)
             line = {"number": number, "done": len(self.answers), "of": self._plan.count, "seconds": seconds}
             self._write(line | (kept if isinstance(kept, dict) else {ANSWER: kept}))
 
@@ -157,15 +157,11 @@ def _described(value: Any) -> object:
     return getattr(value, "__qualname__", None) or repr(value)
 
 
-def _plain(value: Any) -> Any:
-    """An answer as JSON, from which it can be made again to the last digit."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    if isinstance(value, Mapping):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(one) for one in value]
-    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+def _listed(value: Any) -> Any:
+    """Numbers of numpy in an answer as JSON, from which they can be made again to the last digit."""
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    raise NotImplementedError(type(value))
 
 
 def _array(kind: type, value: Any) -> Any:

@@ -63,8 +63,17 @@ class Draws:
         speeds = course.speeds + self.motion.speed_sd * rng.standard_normal(count)
         steers = course.steers + self.motion.steer_sd * rng.standard_normal(count)
         seen = {k: self._look(course, k, rng) for k in range(UPDATES_PER_SIGHTING, count + 1, UPDATES_PER_SIGHTING)}
-        still = [self._look(course, 0, rng) for _ in range(STILL_FRAMES)]
-        return self._made(number, course.truth, course.landmarks, speeds, steers, seen, still)
+        still = tuple(self._look(course, 0, rng) for _ in range(STILL_FRAMES))
+        return Run(
+            number=number,
+            truth=course.truth,
+            landmarks=course.landmarks,
+            speeds=speeds,
+            steers=steers,
+            motion=self.motion,
+            seen=seen,
+            still=still,
+        )
 
     @property
     def course(self) -> Course:
@@ -74,8 +83,8 @@ class Draws:
             return replace(course, landmarks=drawn_room(np.random.default_rng((ROOM_SEED, self.room)), course.truth))
         return course if self.spacing is None else replace(course, landmarks=edges_along_walls(self.spacing))
 
-    def _look(self, course: Course, k: int, rng: np.random.Generator) -> Array:
-        """Rows (M, 3) of id, range, bearing as seen after `k` controls."""
+    def _look(self, course: Course, k: int, rng: np.random.Generator) -> tuple[Sighting, ...]:
+        """Sightings after `k` controls."""
         x, y, heading = course.truth[k]
         away = course.landmarks - (x, y)
         ranges = np.hypot(away[:, 0], away[:, 1])
@@ -84,7 +93,7 @@ class Draws:
             (ranges > MIN_RANGE_M) & (ranges < self.reach) & (np.abs(bearings) < FIELDS[self.field])
         )
         noise = self.sighting_noise * rng.standard_normal((len(names), 2))
-        return np.column_stack((names, ranges[names] + noise[:, 0], bearings[names] + noise[:, 1]))
+        return self._sightings(np.column_stack((names, ranges[names] + noise[:, 0], bearings[names] + noise[:, 1])))
 
     def _frozen(self, number: int, path: Path) -> Run:
         file = frozen(path)
@@ -92,38 +101,20 @@ class Draws:
         looked = np.unique(rows[:, 1]).astype(int).tolist()
         if self.field != "laser":  # of what the laser saw; a picture without any is a picture, too
             rows, still = (table[np.abs(table[:, 4]) < FIELDS[self.field]] for table in (rows, still))
-        return self._made(
-            number,
-            file.truth,
-            file.landmarks,
-            file.speeds[number],
-            file.steers[number],
-            {k: np.zeros((0, 3)) for k in looked} | grouped(rows[:, 1], rows[:, 2:]),
-            list(grouped(still[:, 1], still[:, 2:]).values()),
-        )
-
-    def _made(
-        self,
-        number: int,
-        truth: Array,
-        landmarks: Array,
-        speeds: Array,
-        steers: Array,
-        seen: dict[int, Array],
-        still: list[Array],
-    ) -> Run:
+        seen = {k: np.zeros((0, 3)) for k in looked} | grouped(rows[:, 1], rows[:, 2:])
         return Run(
             number=number,
-            truth=truth,
-            landmarks=landmarks,
-            speeds=speeds,
-            steers=steers,
+            truth=file.truth,
+            landmarks=file.landmarks,
+            speeds=file.speeds[number],
+            steers=file.steers[number],
             motion=self.motion,
-            seen={k: self._sightings(rows) for k, rows in seen.items()},
-            still=tuple(self._sightings(rows) for rows in still),
+            seen={k: self._sightings(one) for k, one in seen.items()},
+            still=tuple(self._sightings(one) for one in grouped(still[:, 1], still[:, 2:]).values()),
         )
 
     def _sightings(self, rows: Array) -> tuple[Sighting, ...]:
+        """Rows (M, 3) of id, range [m], bearing [rad]."""
         noise = np.diag(np.square(self.sighting_noise))
         return tuple(
             Sighting(range=reach, bearing=bearing, covariance=noise, id=int(name) if self.ids == "given" else None)

@@ -5,8 +5,6 @@ same draws. How good a worst run is depends on where the corners are first seen 
 (`still`) it errs by a quarter.
 """
 
-import csv
-import io
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -14,7 +12,7 @@ from typing import Literal, NotRequired, TypedDict
 
 import numpy as np
 
-from core.errors import BadInput, Unavailable
+from core.errors import BadInput
 from core.experiments.about import About, ChapterValue
 from core.experiments.course_draws import Field, frozen
 from core.experiments.drawn_drives import DrawnDrives, drawn_drives
@@ -22,7 +20,7 @@ from core.experiments.drives import DriveSetup
 from core.experiments.figures.figure_16 import Panel, figure_16
 from core.experiments.lab_drives import LabDrives, lab_drives
 from core.experiments.plan import ExperimentPlan, RunBatch
-from core.experiments.result import ExperimentResult, FileContents, stored
+from core.experiments.result import ExperimentResult, FileContents, as_csv, stored
 from core.message import Array, message
 from core.recording import Ids
 from core.settings import Settings
@@ -152,8 +150,8 @@ def _compared(drives: Drives, seed: int, out: Path | None, done: list[DriveOutco
         "text": "\n".join(layout(rows, len(done))),
         "files": {},
     }
-    more = {} if out is None else _figure_and_table(result, done, drives)
-    return stored(result, out, "dead_reckoning_vs_slam", more)
+    table = {"csv": ("dead_reckoning_vs_slam.csv", as_csv(_table(done)))}
+    return stored(result, out, "dead_reckoning_vs_slam", table, lambda: _figure(result, done, drives))
 
 
 def drive_rows(drives: Drives, done: list[DriveOutcome]) -> dict[str, EstimatorFigures]:
@@ -183,11 +181,8 @@ TITLES = {
 }
 
 
-def _figure_and_table(result: DriveComparison, done: list[DriveOutcome], drives: Drives) -> FileContents:
-    """Figure 16, and every run's errors.
-
-    Without matplotlib there is no figure, and the result says so under `not_drawn`.
-    """
+def _figure(result: DriveComparison, done: list[DriveOutcome], drives: Drives) -> FileContents:
+    """Figure 16. Raises Unavailable without matplotlib."""
     worst = {name: drives.traces(row["worst_run"])[name] for name, row in result["estimators"].items()}
     panels = [
         Panel(
@@ -200,12 +195,7 @@ def _figure_and_table(result: DriveComparison, done: list[DriveOutcome], drives:
         )
         for name, title in (("dead_reckoning", "Dead reckoning"), ("ekf_slam", "EKF-SLAM"))
     ]
-    files: dict[str, tuple[str, str | bytes]] = {"csv": ("dead_reckoning_vs_slam.csv", _table(done))}
-    try:
-        files["figure_16"] = ("figure_16.svg", figure_16(panels, drives.room, drives.words))
-    except Unavailable as missing:
-        result["not_drawn"] = str(missing)
-    return files
+    return {"figure_16": ("figure_16.svg", figure_16(panels, drives.room, drives.words))}
 
 
 def _row(name: str, done: list[DriveOutcome]) -> EstimatorFigures:
@@ -227,13 +217,16 @@ def _row(name: str, done: list[DriveOutcome]) -> EstimatorFigures:
     return row
 
 
-def _table(done: list[DriveOutcome]) -> str:
-    """Every run's figures as CSV."""
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(("run", "estimator", "average_error_m", "final_error_m", "nees"))
-    for number, one in enumerate(done):
-        for name in one.average_error_m:
-            figures = (one.average_error_m[name], one.final_error_m[name], one.nees[name])
-            rows.writerow((number, name, *(f"{figure:.6g}" for figure in figures)))
-    return text.getvalue()
+def _table(done: list[DriveOutcome]) -> list[dict[str, object]]:
+    """Every run's figures."""
+    return [
+        {
+            "run": number,
+            "estimator": name,
+            "average_error_m": f"{one.average_error_m[name]:.6g}",
+            "final_error_m": f"{one.final_error_m[name]:.6g}",
+            "nees": f"{one.nees[name]:.6g}",
+        }
+        for number, one in enumerate(done)
+        for name in one.average_error_m
+    ]

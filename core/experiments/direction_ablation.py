@@ -24,7 +24,6 @@ from core.experiments.direction_of_arrival import (
     ours,
     scenes_for,
     summary,
-    without_cells,
 )
 from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
@@ -103,7 +102,7 @@ def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
 
 
 def _result(seed: int, out: Path | None, rooms: list[RoomTrials]) -> AblationResult:
-    totals = without_cells(summary([one for room in rooms for one in room["trials"]]))
+    totals = summary([one for room in rooms for one in room["trials"]])
     result: AblationResult = {
         "utterances": totals["beckon"]["all"]["utterances"],
         "seed": seed,

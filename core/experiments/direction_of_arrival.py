@@ -3,9 +3,6 @@
 All know the same: when the speech begins, so that half a second before it is noise. With `_alone` nobody knows that.
 """
 
-import csv
-import io
-import json
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -17,9 +14,8 @@ import numpy as np
 
 from core.experiments.about import About
 from core.experiments.plan import ExperimentPlan, RunBatch
-from core.experiments.result import ExperimentResult
+from core.experiments.result import ExperimentResult, as_csv, grouped, stored
 from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ, AcousticScene, make_scene
-from core.files import save_all
 from core.geometry import wrap
 from core.message import Array, message
 from core.perception.sound.locate import locate, sure
@@ -57,7 +53,6 @@ ABOUT = About(
 )
 
 CONDITIONS = "all know when the speech begins and that 0.5 s before it is noise, but for those named _alone"
-COLUMNS = ("estimator", "array", "rt60_s", "noise", "snr_db", "error_deg", "sd_deg", "declared", "real_time_factor")
 
 
 @message
@@ -184,12 +179,6 @@ class EstimatorTotals(TypedDict):
     noises: dict[str, DirectionFigures]
 
 
-class EstimatorSummary(EstimatorTotals):
-    """The same with every cell of the grid."""
-
-    cells: dict[str, DirectionFigures]
-
-
 class DirectionResult(ExperimentResult):
     """The result, as JSON."""
 
@@ -197,6 +186,12 @@ class DirectionResult(ExperimentResult):
     voice: str
     conditions: str
     estimators: dict[str, EstimatorTotals]
+
+
+class DirectionCells(DirectionResult):
+    """The same with every cell of the grid, as it is written down."""
+
+    cells: dict[str, dict[str, DirectionFigures]]  # by estimator
 
 
 def figures(some: Sequence[DirectionTrial]) -> DirectionFigures:
@@ -255,36 +250,24 @@ def in_room(
     return {"trials": trials(scene, estimators or estimators_with(settings))}
 
 
-def summary(done: Sequence[DirectionTrial]) -> dict[str, EstimatorSummary]:
-    """Figures of every estimator: all, per array, and per cell of the grid."""
-    result: dict[str, EstimatorSummary] = {}
-    for estimator in dict.fromkeys(one.estimator for one in done):
-        own = [one for one in done if one.estimator == estimator]
-        cells = {
-            f"{array} rt60 {rt60:g} s {noise} {ratio:g} dB": figures(some)
-            for array in ARRAYS
-            for rt60 in REVERBERATION_TIMES_S
-            for noise, ratio in NOISES
-            if (
-                some := [
-                    one for one in own if (one.array, one.rt60, one.noise, one.ratio) == (array, rt60, noise, ratio)
-                ]
-            )
-        }
-        arrays = {array: figures([one for one in own if one.array == array]) for array in ARRAYS}
-        noises = {
-            f"{noise} {ratio:g} dB": figures([one for one in own if (one.noise, one.ratio) == (noise, ratio)])
-            for noise, ratio in NOISES
-        }
-        result[estimator] = {"all": figures(own), "arrays": arrays, "noises": noises, "cells": cells}
-    return result
-
-
-def without_cells(totals: Mapping[str, EstimatorSummary]) -> dict[str, EstimatorTotals]:
-    """Figures of every estimator without those of the grid's cells."""
+def summary(done: Sequence[DirectionTrial]) -> dict[str, EstimatorTotals]:
+    """Figures of every estimator: all, per array, and per noise."""
     return {
-        name: {"all": one["all"], "arrays": one["arrays"], "noises": one["noises"]} for name, one in totals.items()
+        estimator: {
+            "all": figures(own),
+            "arrays": _figures_by(own, lambda one: one.array),
+            "noises": _figures_by(own, lambda one: f"{one.noise} {one.ratio:g} dB"),
+        }
+        for estimator, own in grouped(done, lambda one: one.estimator).items()
     }
+
+
+def _cell(one: DirectionTrial) -> str:
+    return f"{one.array} rt60 {one.rt60:g} s {one.noise} {one.ratio:g} dB"
+
+
+def _figures_by(done: Sequence[DirectionTrial], key: Callable[[DirectionTrial], str]) -> dict[str, DirectionFigures]:
+    return {name: figures(some) for name, some in grouped(done, key).items()}
 
 
 def plan(*, runs: int | None = None, seed: int = 0, settings: Settings | None = None) -> ExperimentPlan:
@@ -302,24 +285,28 @@ def _result(seed: int, out: Path | None, rooms: list[RoomTrials]) -> DirectionRe
         "seed": seed,
         "voice": "made up: pulses and hiss through resonances",
         "conditions": CONDITIONS,
-        "estimators": without_cells(totals),
+        "estimators": totals,
         "files": {},
     }
-    if out is not None:
-        cells = {name: one["cells"] for name, one in totals.items()}
-        result["files"] = save(out, {**result, "cells": cells}, done)
+    by_estimator = grouped(done, lambda one: one.estimator)
+    whole: DirectionCells = {**result, "cells": {name: _figures_by(own, _cell) for name, own in by_estimator.items()}}
+    result["files"] = stored(whole, out, "direction", {"csv": ("direction.csv", as_csv(rows_of(done)))})["files"]
     return result
 
 
-def save(out: Path, result: Mapping[str, object], done: Sequence[DirectionTrial]) -> dict[str, str]:
-    """Write the figures and every single trial → what lies where."""
-    table = io.StringIO(newline="")
-    rows = csv.writer(table)
-    rows.writerow(COLUMNS)
-    for one in done:
-        sd = "" if one.sd is None else f"{math.degrees(one.sd):.4g}"
-        error = f"{math.degrees(one.error):.4g}"
-        fields = one.estimator, one.array, one.rt60, one.noise, one.ratio, error, sd, int(one.declared)
-        rows.writerow((*fields, f"{one.took:.3g}"))
-    whole = json.dumps(result, indent=1)
-    return save_all(out, {"json": ("direction.json", whole), "csv": ("direction.csv", table.getvalue())})
+def rows_of(done: Sequence[DirectionTrial]) -> list[dict[str, object]]:
+    """Every single trial, for a table."""
+    return [
+        {
+            "estimator": one.estimator,
+            "array": one.array,
+            "rt60_s": one.rt60,
+            "noise": one.noise,
+            "snr_db": one.ratio,
+            "error_deg": f"{math.degrees(one.error):.4g}",
+            "sd_deg": "" if one.sd is None else f"{math.degrees(one.sd):.4g}",
+            "declared": int(one.declared),
+            "real_time_factor": f"{one.took:.3g}",
+        }
+        for one in done
+    ]

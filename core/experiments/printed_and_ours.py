@@ -5,10 +5,11 @@ simulated laboratory, with the camera's edges found in pictures and the paper's 
 spoken and obeyed. Reading words has no printed form: who is not located is understood all the same.
 """
 
-from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal, TypedDict
+
+import msgspec
 
 from core.errors import Unavailable
 from core.experiments.about import About
@@ -17,7 +18,7 @@ from core.experiments.drives import FIGURED, PLAIN
 from core.experiments.lab_drives import lab_drives
 from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
-from core.experiments.table_2 import TrialRow, trial
+from core.experiments.table_2 import TrialRow, trial_of
 from core.experiments.table_2_trials import TRIALS
 from core.settings import Settings, as_printed
 from core.speech.synthesis import NO_VOICE, can_speak
@@ -35,7 +36,7 @@ ABOUT = About(
     run_s=400.0,
 )
 Column = Literal["printed", "ours"]
-COLUMNS: tuple[Column, ...] = ("printed", "ours")
+COLUMNS: dict[Column, Settings] = {"printed": as_printed(Settings()), "ours": Settings()}
 
 
 class ColumnFigures(TypedDict):
@@ -57,30 +58,6 @@ class PrintedAndOurs(ExperimentResult):
     contacts: dict[Column, int]
 
 
-@dataclass(frozen=True)
-class SpokenCommands:
-    """The trials of table 2 by their number, in one form."""
-
-    column: Column
-    seed: int
-    runs: int
-
-    def __call__(self, number: int) -> TrialRow:
-        """One of them."""
-        command, run = divmod(number, self.runs)
-        settings = as_printed(Settings()) if self.column == "printed" else Settings()
-        return trial(tuple(TRIALS)[command], run, self.seed, settings=settings)
-
-
-def of_column(column: Column) -> Settings:
-    """The settings of a column; the wheels are the paper's in both."""
-    plain = Settings()
-    chosen = replace(
-        plain, simulation=replace(plain.simulation, wheel_noise="paper"), motion=replace(plain.motion, model="paper")
-    )
-    return as_printed(chosen) if column == "printed" else chosen
-
-
 def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
     """Plan `runs` drives (10), and runs of every command, in either mode. Raises Unavailable where nothing can
     speak.
@@ -89,11 +66,10 @@ def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
         raise Unavailable(NO_VOICE)
     count = runs or DEFAULT_RUNS
     batches: list[RunBatch[Any]] = []
-    for column in COLUMNS:
-        drives = lab_drives(of_column(column), seed)
+    for settings in COLUMNS.values():
         batches += [
-            RunBatch(partial(outcome, drives), count, DriveOutcome),
-            RunBatch(SpokenCommands(column, seed, count), count * len(TRIALS), TrialRow),
+            RunBatch(partial(outcome, lab_drives(settings, seed)), count, DriveOutcome),
+            RunBatch(partial(trial_of, seed, count, settings), count * len(TRIALS), TrialRow),
         ]
     return ExperimentPlan(tuple(batches), partial(_result, seed))
 
@@ -104,16 +80,11 @@ def _result(seed: int, out: Path | None, *done: list[Any]) -> PrintedAndOurs:
     dead = 0.0
     commands: dict[str, dict[Column, float]] = {name: {} for name in TRIALS}
     contacts: dict[Column, int] = {}
-    for place, column in enumerate(COLUMNS):
+    for place, (column, settings) in enumerate(COLUMNS.items()):
         driven, spoken = done[2 * place : 2 * place + 2]
-        rows = drive_rows(lab_drives(of_column(column), seed), driven)
-        row, dead = rows[FIGURED], rows[PLAIN]["worst_average_error_m"]
-        columns[column] = {
-            "worst_average_error_m": row["worst_average_error_m"],
-            "mean_average_error_m": row["mean_average_error_m"],
-            "mean_final_error_m": row["mean_final_error_m"],
-            "nees_mean": row["nees_mean"],
-        }
+        rows = drive_rows(lab_drives(settings, seed), driven)
+        columns[column] = msgspec.convert(rows[FIGURED], ColumnFigures)
+        dead = rows[PLAIN]["worst_average_error_m"]
         for number, name in enumerate(TRIALS):
             some = spoken[number * count : (number + 1) * count]
             commands[name][column] = sum(one["success"] for one in some) / count

@@ -121,17 +121,23 @@ class Rehearsal:
         return number
 
     def say(
-        self, words: str, *, seconds: float = 300.0, watch: Callable[[Snapshot], None] | None = None
+        self, words: str, *, seconds: float = 300.0, watch: Callable[[Snapshot], None] = lambda _: None
     ) -> ActiveCommandStatus:
         """Give a command, wait for its end; `watch` sees every frame. Raises Refused, or TimeoutError."""
-        number = self.tell(words)
+        ended = self.wait(self.tell(words), seconds, watch)
+        if ended is None:
+            raise TimeoutError(f"“{words}” did not end within {seconds:g} s.")
+        return ended
+
+    def wait(
+        self, number: int, seconds: float, watch: Callable[[Snapshot], None] = lambda _: None
+    ) -> ActiveCommandStatus | None:
+        """Wait for a command's end; `watch` sees every frame. None: it has not ended."""
         for snapshot in self.frames(seconds):
-            if watch is not None:
-                watch(snapshot)
-            for ended in snapshot.endings:
-                if ended.id == number:
-                    return ended
-        raise TimeoutError(f"“{words}” did not end within {seconds:g} s.")
+            watch(snapshot)
+            if (ended := self.ended(number)) is not None:
+                return ended
+        return None
 
     def ended(self, number: int) -> ActiveCommandStatus | None:
         """The result of a command, or None while it runs."""

@@ -1,10 +1,13 @@
 """The result of an experiment: a JSON object whose keys every experiment extends by its own."""
 
+import csv
+import io
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict, TypeVar, cast
 
+from core.errors import Unavailable
 from core.files import save_all
 
 
@@ -35,6 +38,7 @@ class ExperimentResult(SpeedUp, total=True):
     boards: NotRequired[list[BoardPoseFigures]]  # to be drawn as a scene
 
 
+T = TypeVar("T")
 ResultT = TypeVar("ResultT", bound=ExperimentResult)
 FileContents = Mapping[str, tuple[str, str | bytes]]  # name and content of a file, by what it holds
 SPEED = tuple(SpeedUp.__annotations__)
@@ -42,12 +46,48 @@ SPEED = tuple(SpeedUp.__annotations__)
 SET_OUT = ("text", "table", "boards", "said", "points", *SPEED)
 
 
-def stored(result: ResultT, out: Path | None, name: str, more: FileContents | None = None) -> ResultT:
-    """The result with its files, if there is a folder: itself as `name`.json, and `more`. Raises Unwritable."""
-    if out is not None:
-        whole = json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1)
-        result["files"] = save_all(out, {"json": (f"{name}.json", whole), **(more or {})})
+def stored(
+    result: ResultT,
+    out: Path | None,
+    name: str,
+    more: FileContents | None = None,
+    figures: Callable[[], FileContents] = dict,
+) -> ResultT:
+    """The result with its files, if there is a folder: itself as `name`.json, and `more`. Raises Unwritable.
+
+    `figures` draws others; without matplotlib there are none, and the result says so under `not_drawn`.
+    """
+    if out is None:
+        return result
+    try:
+        drawn = figures()
+    except Unavailable as missing:
+        drawn, result["not_drawn"] = {}, str(missing)
+    whole = json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1)
+    result["files"] = save_all(out, {"json": (f"{name}.json", whole), **(more or {}), **drawn})
     return result
+
+
+def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Rows of one form as CSV under their keys."""
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def grouped(rows: Iterable[T], key: Callable[[T], str]) -> dict[str, list[T]]:
+    """Rows with the same key together, in the order of their first."""
+    found: dict[str, list[T]] = {}
+    for row in rows:
+        found.setdefault(key(row), []).append(row)
+    return found
+
+
+def best_and_worst(rates: Mapping[str, float]) -> tuple[str, str]:
+    """The names with the highest and the lowest rate; of equal ones the first."""
+    return max(rates, key=rates.__getitem__), min(rates, key=rates.__getitem__)
 
 
 def as_text(result: Mapping[str, object]) -> str:

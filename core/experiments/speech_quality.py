@@ -6,9 +6,6 @@ recordings are compared. The sentences of Fig. 17 go through it as well, read by
 recordings and texts are kept under the paper's names.
 """
 
-import csv
-import io
-import json
 import math
 from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
@@ -19,11 +16,9 @@ import numpy as np
 
 from core.errors import Unavailable
 from core.experiments.about import About
-from core.experiments.drawn_voices import best_and_worst, by_voice
 from core.experiments.plan import ExperimentPlan, RunBatch
-from core.experiments.result import ExperimentResult
+from core.experiments.result import ExperimentResult, FileContents, as_csv, best_and_worst, grouped, stored
 from core.experiments.speech_loop import LoopResult, padded, read, run_loop, save_loop, track_of
-from core.files import save_all
 from core.install import install_extra
 from core.message import Array, message
 from core.sensors.microphones import Sound
@@ -43,7 +38,6 @@ from core.speech.settings import SpeechSettings
 from core.speech.synthesis import can_speak, drawn_voice, speak
 
 RATE_HZ = 16_000
-ENDINGS = {"json": "json", "csv": "csv", "page": "html"}
 TEXT = (
     "turn left",
     "turn right",
@@ -175,13 +169,14 @@ def figure_17(dictation: Dictation, seed: int, phrases: Sequence[str] = FIGURE_1
 
 
 def measure(
-    dictation: Dictation | None, said: Sequence[SpokenPhrase], person: str, place: Setting, seed: int
+    dictation: Dictation | None, said: Sequence[SpokenPhrase], person: str, responses: Array, ratio: float, seed: int
 ) -> tuple[SpeechQuality | None, AudioSimilarity]:
-    """All phrases at one place: the texts compared, where there is a recognizer, and the recordings."""
+    """All phrases from one place, of which the impulse `responses` (1, L) and the noise `ratio` [dB] are given: the
+    texts compared, where there is a recognizer, and the recordings.
+    """
     rng = np.random.default_rng(seed)  # the same noise everywhere, so that only the place makes a difference
     clean = [padded(one.dry) for one in said]
-    responses = responses_at(place)
-    received = [received_at(rng, sound, responses, place.ratio) for sound in clean]
+    received = [received_at(rng, sound, responses, ratio) for sound in clean]
     whole = [Sound(stamp=0.0, rate=RATE_HZ, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
     similarity = liken(*whole)
     if dictation is None:
@@ -288,7 +283,7 @@ def _work(seed: int, count: int, number: int) -> PlaceRun:
     said = _said(seed, count)
     person = "" if dictation is None else _person(seed, count)
     place = SETTINGS[number]
-    quality, similarity = measure(dictation, said, person, place, seed)
+    quality, similarity = measure(dictation, said, person, responses_at(place), place.ratio, seed)
     shown = place == FIGURE_17_PLACE
     return {
         "figures": row(place, quality, similarity),
@@ -338,8 +333,9 @@ def _result(seed: int, count: int, out: Path | None, done: list[PlaceRun]) -> Sp
         "sweep": [one["figures"] for one in done],
         "files": {},
     }
-    if out is not None:
-        result["files"] = save(out, result, next((one["page"] for one in done if one["page"]), ""))
+    shown = next((one["page"] for one in done if one["page"]), "")
+    page: FileContents = {"page": ("speech_quality.html", shown)} if shown else {}
+    stored(result, out, "speech_quality", {"csv": ("speech_quality.csv", as_csv(result["sweep"])), **page})
     if out is not None and loop is not None:
         result["files"] |= save_loop(out, loop)
     return result
@@ -366,7 +362,7 @@ def phrase_figures(said: Sequence[SpokenPhrase], places: Sequence[PlaceRun]) -> 
 def voice_figures(arrived: Sequence[SpokenPhraseFigures], places: int) -> dict[str, VoiceWords]:
     """How many words of every voice arrive at the robot, over all places."""
     figures: dict[str, VoiceWords] = {}
-    for name, some in by_voice(arrived, lambda one: one["voice"]).items():
+    for name, some in sorted(grouped(arrived, lambda one: one["voice"]).items()):
         words = places * sum(len(part) for one in some for part in phrases_of(one["text"]))
         wrong = sum(one["erroneous_words_robot"] for one in some)
         figures[name] = {"phrases": len(some), "words": words, "robot_right_rate": max(1 - wrong / words, 0.0)}
@@ -414,17 +410,3 @@ def _dictation() -> tuple[Dictation | None, str]:
         return open_dictation(SpeechSettings()), ""
     except Unavailable as absent:
         return None, str(absent)
-
-
-def save(out: Path, result: SpeechQualityResult, shown: str) -> dict[str, str]:
-    """Figures, table and the page of the place at 2 m → what lies where."""
-    table = io.StringIO(newline="")
-    writer = csv.DictWriter(table, list(result["sweep"][0]))
-    writer.writeheader()
-    writer.writerows(result["sweep"])
-    texts = {
-        "json": json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1),
-        "csv": table.getvalue(),
-        "page": shown,
-    }
-    return save_all(out, {name: (f"speech_quality.{ENDINGS[name]}", texts[name]) for name in texts if texts[name]})

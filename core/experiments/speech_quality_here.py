@@ -11,18 +11,14 @@ import msgspec
 import numpy as np
 
 from core.errors import BadInput, Unavailable
-from core.experiments.speech_loop import padded, read
-from core.experiments.speech_quality import TEXT, SpokenPhrase, close_by, received_at, speaker_of, spoken
+from core.experiments.speech_quality import TEXT, SpokenPhrase, close_by, measure, speaker_of, spoken
 from core.geometry import Pose
 from core.message import Array, message
-from core.sensors.microphones import Sound
 from core.simulation.acoustics.enclosure import enclosure, in_sight
 from core.simulation.acoustics.shoebox import impulse_responses
 from core.simulation.microphones import RATE_HZ, SimulatedMicrophones
 from core.simulation.settings import MicrophoneSettings
 from core.simulation.world import world_named
-from core.speech.quality.audio_similarity import AudioSimilarity, liken
-from core.speech.quality.osqe import SpeechQuality, compare
 from core.speech.quality.report import QualityRow, page
 from core.speech.recognition.engines import open_dictation
 from core.speech.recognition.recognizer import Dictation
@@ -94,7 +90,10 @@ class SpeechQualityHere:
         """One place → its figures, and the report page. The person's path comes first."""
         if place.refused:
             return place.row, ""
-        quality, similarity = self._listen(place)
+        quality, similarity = measure(
+            self._dictation, self._said, self.person, self._responses(place), place.ratio, self._seed
+        )
+        assert quality is not None  # there is a recognizer
         score = quality.score
         row = msgspec.structs.replace(
             place.row,
@@ -129,16 +128,11 @@ class SpeechQualityHere:
             refused = "That is behind a wall of the room that the robot is in."
         return SpeakingPlace(distance=distance, ratio=ratio, mouth=mouth, refused=refused)
 
-    def _listen(self, place: SpeakingPlace) -> tuple[SpeechQuality, AudioSimilarity]:
-        rng = np.random.default_rng(self._seed)  # the same noise everywhere: only the place makes a difference
+    def _responses(self, place: SpeakingPlace) -> Array:
+        """Impulse response from a mouth there to the robot's first microphone, (1, L)."""
         box = enclosure(self._world, np.vstack((self._ear, place.mouth)), self._rt60)
         inside = box.inside(np.vstack((place.mouth, self._ear)))
-        responses = impulse_responses(box.room, inside[0], inside[1:], RATE_HZ, np.random.default_rng(1))
-        clean = [padded(one.dry) for one in self._said]
-        received = [received_at(rng, sound, responses, place.ratio) for sound in clean]
-        whole = [Sound(stamp=0.0, rate=RATE_HZ, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
-        robot = "; ".join(read(self._dictation, sound) for sound in received)
-        return compare("; ".join(one.text for one in self._said), self.person, robot), liken(*whole)
+        return impulse_responses(box.room, inside[0], inside[1:], RATE_HZ, np.random.default_rng(1))
 
 
 def _check(distances: Sequence[float], ratios: Sequence[float], phrases: int) -> None:

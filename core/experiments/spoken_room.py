@@ -26,7 +26,7 @@ from core.sensors import SensorFrame
 from core.sensors.microphones import Sound, joined
 from core.settings import Settings
 from core.simulation.world import World, world_named
-from core.snapshot import ActiveCommandStatus, Snapshot, VoiceDirection, voice_between
+from core.snapshot import Snapshot, VoiceDirection, voice_between
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import open_engine
@@ -338,14 +338,6 @@ class SpokenRoom:
             self.errors["fused_m"].append(float(np.hypot(*(person.position - place))))
 
         return watch
-
-    def wait(self, number: int, seconds: float, watch: Watch = lambda _: None) -> ActiveCommandStatus | None:
-        """Until it has ended; None: it has not."""
-        for snapshot in self.robot.frames(seconds):
-            watch(snapshot)
-            if (ended := self.robot.ended(number)) is not None:
-                return ended
-        return None
 
 
 def call_of(voices: Sequence[VoiceDirection], begin: float, end: float) -> VoiceBearing | None:

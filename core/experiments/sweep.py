@@ -1,7 +1,5 @@
 """A sweep: an experiment for every setting of a grid, over the same seeds, as one campaign and one table."""
 
-import csv
-import io
 import itertools
 import re
 import tomllib
@@ -14,7 +12,7 @@ from core.errors import BadSettings
 from core.experiments import EXPERIMENTS
 from core.experiments.about import figure_at
 from core.experiments.plan import ExperimentPlan
-from core.experiments.result import ExperimentResult, stored
+from core.experiments.result import ExperimentResult, as_csv, stored
 from core.settings import Settings, changed
 
 MAX_POINTS = 1000
@@ -101,7 +99,8 @@ def _result(
         "text": "\n".join(table(rows)),
         "files": {},
     }
-    return stored(result, out, "sweep", {"csv": ("sweep.csv", _csv(rows))})
+    flat = [{**row["settings"], **row["figures"]} for row in rows]
+    return stored(result, out, "sweep", {"csv": ("sweep.csv", as_csv(flat))})
 
 
 def table(rows: Sequence[SweepPoint]) -> list[str]:
@@ -120,14 +119,6 @@ def _short(keys: Sequence[str]) -> list[str]:
     while parts and all(len(one) > 1 and one[0] == parts[0][0] for one in parts):
         parts = [one[1:] for one in parts]
     return [".".join(one) for one in parts]
-
-
-def _csv(rows: Sequence[SweepPoint]) -> str:
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*rows[0]["settings"], *rows[0]["figures"]])
-    writer.writerows([*row["settings"].values(), *row["figures"].values()] for row in rows)
-    return text.getvalue()
 
 
 def _folder(point: Mapping[str, Any]) -> str:

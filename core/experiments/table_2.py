@@ -7,21 +7,19 @@ person, is said back and waits a moment, in which who meant something else says 
 again, three times at the most.
 """
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Literal, TypedDict
 
+import msgspec
 import numpy as np
 
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import Refused, Unavailable
 from core.experiments.about import About
-from core.experiments.drawn_voices import best_and_worst, by_voice
 from core.experiments.plan import ExperimentPlan, RunBatch
-from core.experiments.result import ExperimentResult, stored
+from core.experiments.result import ExperimentResult, as_csv, best_and_worst, grouped, stored
 from core.experiments.spoken_room import SENSES, SentenceOutcome, SpokenRoom
 from core.experiments.table_2_trials import MAX_TRIES, PRECONDITIONS, TRIALS, TrialOutcome
 from core.settings import Settings
@@ -199,7 +197,8 @@ def _recognizer() -> Recognizer:
     return open_engine(SpeechSettings()).recognizer
 
 
-def _work(seed: int, runs: int, settings: Settings | None, index: int) -> TrialRow:
+def trial_of(seed: int, runs: int, settings: Settings | None, index: int) -> TrialRow:
+    """One of `runs` of every command, command by command."""
     return trial(tuple(TRIALS)[index // runs], index % runs, seed, settings=settings)
 
 
@@ -219,17 +218,7 @@ def summary(name: str, rows: Sequence[TrialRow]) -> CommandFigures:
         "median": float(np.median(figures)) if figures else None,
         "worst": max(figures) if figures else None,
         "contacts": sum(row["contacts"] for row in rows),
-        "failures": [
-            {
-                "run": row["run"],
-                "world": row["world"],
-                "words": row["words"],
-                "why": row["why"],
-                "figure": row["figure"],
-            }
-            for row in rows
-            if not row["success"]
-        ],
+        "failures": [msgspec.convert(row, FailedTrial) for row in rows if not row["success"]],
     }
 
 
@@ -238,7 +227,7 @@ def plan(*, runs: int | None = None, seed: int = 0, settings: Settings | None = 
     if not can_speak():
         raise Unavailable(NO_VOICE)
     count = runs or DEFAULT_RUNS
-    batch = RunBatch(partial(_work, seed, count, settings), count * len(TRIALS), TrialRow)
+    batch = RunBatch(partial(trial_of, seed, count, settings), count * len(TRIALS), TrialRow)
     return ExperimentPlan((batch,), partial(_result, seed, count))
 
 
@@ -267,7 +256,8 @@ def _result(seed: int, count: int, out: Path | None, rows: list[TrialRow]) -> Ta
         "files": {},
     }
     result["text"] = "\n".join((table(commands), *remarks(result)))
-    return stored(result, out, "table_2", {"csv": ("table_2.csv", _csv(rows))})
+    plain = [{key: value for key, value in row.items() if key != "errors"} for row in rows]
+    return stored(result, out, "table_2", {"csv": ("table_2.csv", as_csv(plain))})
 
 
 def voice_figures(rows: Sequence[TrialRow]) -> dict[str, VoiceFigures]:
@@ -278,7 +268,7 @@ def voice_figures(rows: Sequence[TrialRow]) -> dict[str, VoiceFigures]:
             "success_rate": float(np.mean([row["success"] for row in some])),
             "understood_rate": float(np.mean([row["understood"] for row in some])),
         }
-        for name, some in by_voice(rows, lambda row: row["voice"]).items()
+        for name, some in sorted(grouped(rows, lambda row: row["voice"]).items())
     }
 
 
@@ -320,12 +310,3 @@ def _spread(values: Sequence[float | None]) -> SpreadFigures | None:
     if not known:
         return None
     return {"p50": float(np.median(known)), "p95": float(np.quantile(known, 0.95))}
-
-
-def _csv(rows: Sequence[TrialRow]) -> str:
-    """A line for every run."""
-    table = io.StringIO(newline="")
-    writer = csv.DictWriter(table, [key for key in rows[0] if key != "errors"], extrasaction="ignore")
-    writer.writeheader()
-    writer.writerows(rows)
-    return table.getvalue()

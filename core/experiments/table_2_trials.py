@@ -230,7 +230,7 @@ def _follow_wall(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOu
     room.robot.robot.ask(RemoveThing(id=ANN))
     ended, began = None, room.robot.snapshot.stamp
     while ended is None and measured < MIN_MEASURED_M and room.robot.snapshot.stamp < began + MAX_FOLLOWING_S:
-        ended = room.wait(heard.number, 5.0, watch)
+        ended = room.robot.wait(heard.number, 5.0, watch)
     straight = float(np.sqrt(np.mean(np.square(off)))) if off else None
     why = (
         ended.remark
@@ -251,7 +251,7 @@ def _come(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
         room.errors["sound_rad"].append(wrap(heard.call.azimuth - _azimuth(room, truth, x, y)))
     if heard.number is None:
         return heard, TrialOutcome(success=False, why=heard.why)
-    ended = room.wait(heard.number, 120.0, room.measure(x, y))
+    ended = room.robot.wait(heard.number, 120.0, room.measure(x, y))
     apart = room.robot.truth.distance_to(x, y)
     state, why = (ended.state, ended.remark) if ended else ("running", "it took too long")
     good = state == "done" and COME_DISTANCES_M[0] <= apart <= COME_DISTANCES_M[1]
@@ -276,11 +276,11 @@ def _follow_me(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutc
         if goal is None or math.dist(ann, goal) < ARRIVED_M:
             goal = lead_on(room, ann, snapshot.truth)
 
-    ended = room.wait(heard.number, 4.0)
+    ended = room.robot.wait(heard.number, 4.0)
     if ended is None:
         crossing = {"path_m": [[1.2, -1.6], [1.2, 2.4]], "speed_m_s": 0.4, "again": True}
         room.put("Bob", x_m=1.2, y_m=2.4, clothes="white/green", **crossing)
-        ended = room.wait(heard.number, MINUTE_S, watch)
+        ended = room.robot.wait(heard.number, MINUTE_S, watch)
     frames = round(MINUTE_S * room.robot.robot.profile.rate)
     away = 100 * (1 - min(kept / frames, 1.0))  # what follows after it has given up counts, too
     why = ended.remark if ended else ""
@@ -312,7 +312,7 @@ def _done(room: SpokenRoom, words: str, seconds: float) -> tuple[SentenceOutcome
     heard = room.command(words, MAX_TRIES)
     if heard.number is None:
         return heard, "", heard.why
-    ended = room.wait(heard.number, seconds)
+    ended = room.robot.wait(heard.number, seconds)
     room.robot.run(0.5)
     if ended is None:
         return heard, "running", "it took too long"

@@ -73,7 +73,7 @@ def row(seed: int, plain: bool, typed: bool, number: int) -> dict[str, Any]:
         heard = room.command(words, MAX_TRIES, pcm=at_rate_of_words(said) if typed else None)
         why = heard.why
         if heard.number is not None:
-            ended = room.wait(heard.number, 120.0)
+            ended = room.robot.wait(heard.number, 120.0)
             why = "it took too long" if ended is None else f"{ended.state}: {ended.remark}"
             apart = room.robot.truth.distance_to(x, y)
     except Refused as refused:

@@ -21,11 +21,13 @@ from core.experiments.direction_of_arrival import (
     DirectionEstimate,
     estimators_with,
     in_room,
-    save,
+    rows_of,
     scenes_for,
     summary,
 )
+from core.experiments.result import as_csv
 from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ
+from core.files import save_all
 from core.message import Array
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import MicrophoneArray, Sound
@@ -83,7 +85,8 @@ def main() -> None:
     rooms = carried_out(work, scenes_for(chosen.utterances), chosen.workers, tell)
     done = [one for room in rooms for one in room["trials"]]
     told = summary(done)
-    save(chosen.out, {"seed": chosen.seed, "voices": len(spoken), "estimators": told}, done)
+    whole = json.dumps({"seed": chosen.seed, "voices": len(spoken), "estimators": told}, indent=1)
+    save_all(chosen.out, {"json": ("direction.json", whole), "csv": ("direction.csv", as_csv(rows_of(done)))})
     for name, one in told.items():
         sys.stdout.write(f"{name}: {json.dumps(one['all'])}\n")
         for part in ("arrays", "noises"):

@@ -75,7 +75,7 @@ def trial(case: tuple[str, Clip, str, int]) -> dict[str, Any]:
     loud = clip.samples / np.abs(clip.samples).max() * 32000
     heard = room.command(WORDS, watch=watch, pcm=loud.astype("<i2").tobytes())
     if heard.number is not None:
-        room.wait(going, 1.0, watch)
+        room.robot.wait(going, 1.0, watch)
         for snapshot in room.robot.frames(1.0):
             watch(snapshot)
     stamps, places = np.array(went).T

@@ -11,7 +11,8 @@ import pytest
 from core.experiments import EXPERIMENTS
 from core.experiments.dead_reckoning_vs_slam import DriveOutcome
 from core.experiments.drives import FIGURED, PLAIN
-from core.experiments.printed_and_ours import Column, SpokenCommands
+from core.experiments.printed_and_ours import COLUMNS, Column
+from core.experiments.table_2 import trial_of
 from core.experiments.table_2_trials import TRIALS
 from core.speech.synthesis import can_speak
 
@@ -27,7 +28,7 @@ understands = pytest.mark.skipif(
 )
 def test_a_spoken_command_is_carried_out_in_either_form(column: Column, command: str) -> None:
     number = tuple(TRIALS).index(command)
-    row = SpokenCommands(column, seed=0, runs=1)(number)
+    row = trial_of(0, 1, COLUMNS[column], number)
     assert (row["success"], row["contacts"]) == (True, 0), row["why"]
 
 
@@ -42,10 +43,10 @@ def test_the_table_has_the_drive_and_every_command_in_both_columns(tmp_path: Pat
         places={},
     )
     plan = EXPERIMENTS["printed-and-ours"].plan(runs=2)
-    forms = [batch.work.column for batch in plan.batches if isinstance(batch.work, SpokenCommands)]
-    assert forms == ["printed", "ours"]
+    works: list[Any] = [batch.work for batch in plan.batches[1::2]]
+    assert [work.args[-1].chapter.mode for work in works] == ["printed", "ours"]
     answers: list[Any] = []
-    for column in forms:
+    for column in COLUMNS:
         spoken = [{"success": column == "ours" or n % 2 == 0, "contacts": 0} for n in range(2 * len(TRIALS))]
         answers += [drive, drive, *spoken]
     assert plan.count == len(answers)

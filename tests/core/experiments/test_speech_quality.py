@@ -19,6 +19,7 @@ from core.experiments.speech_quality import (
     figure_17,
     measure,
     remarks,
+    responses_at,
     spoken,
     voice_figures,
 )
@@ -40,7 +41,7 @@ def test_the_recordings_get_worse_with_noise_and_distance(sweep: str) -> None:
             "distance": ((30, 0.3), (30, 1.0), (30, 4.0)),
         }[sweep]
     ]
-    told = [measure(None, said, "", place, 0) for place in places]
+    told = [measure(None, said, "", responses_at(place), place.ratio, 0) for place in places]
     assert all(quality is None for quality, _ in told)
     left = [similarity.estoi or 0 for _, similarity in told]
     assert left[0] > left[1] > left[2]
