@@ -68,6 +68,13 @@ class Pose:
         return np.array([self.x, self.y, self.heading])
 
 
+def turned_covariance(covariance: Array, heading: float) -> Array:
+    """A covariance (3, 3) of x, y, heading in a frame that is turned by `heading` [rad] → in the outer axes."""
+    onto = np.eye(3)
+    onto[:2, :2] = rotation(heading)
+    return onto @ covariance @ onto.T
+
+
 def arc(forward: float, turn: float) -> Pose:
     """Arc of length `forward` [m] that turns by `turn` [rad] → where it ends, seen from its start."""
     if abs(turn) < 1e-9:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.commands.command import Action, Command, CommandPreview, CommandSpec, Parameter, Progress
-from core.gate import ZERO, Twist
+from core.gate import ZERO
 from core.geometry import Pose
 from core.navigation.control_context import ControlContext
 from core.navigation.obstacle import why_no_headway
@@ -57,7 +57,9 @@ class Continuing:
         there = self._arrival.reached(left, ctx.stamp)
         if self._arrival.settled(ctx.stamp):
             return Progress(finished="done", fraction=1.0)
-        twist = ZERO if there else self._hold_line(left, ctx)
+        twist = ZERO
+        if not there:
+            twist = hold_line(ctx.pose, self._start, left, ctx.body.cruise, ctx.body.turn, ctx.steering)
         far = f" {max(done, 0):.2f} of {self._distance:g} m are done."
         if twist.moves and self._headway.lost(left, ctx.stamp):
             return Progress(finished="failed", remark=why_no_headway(ctx.scan_points, ctx.body.radius) + far)
@@ -69,9 +71,6 @@ class Continuing:
             path=np.array([[ctx.pose.x, ctx.pose.y], self._end]),
             goal=self._end,
         )
-
-    def _hold_line(self, left: float, ctx: ControlContext) -> Twist:
-        return hold_line(ctx.pose, self._start, left, ctx.body.cruise, ctx.body.turn, ctx.steering)
 
 
 CONTINUE = Continue()

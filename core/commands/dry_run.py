@@ -8,7 +8,6 @@ import numpy as np
 from core.commands.command import Command, Progress
 from core.errors import Refused
 from core.geometry import Pose, wrap
-from core.message import Array
 from core.navigation.control_context import ControlContext
 from core.perception.people.appearance import alike
 from core.perception.people.camera_geometry import eye, ray_of
@@ -61,7 +60,7 @@ class DryRun:
             self._person = None
             return self._nobody(ctx, call)
         if ctx.stamp - person.stamp > MAX_HIDDEN_S:
-            hidden = _hidden(person)
+            hidden = replace(person, laser=None, camera=None, used=(), state="hidden")
             return Progress(remark="Dry run: you are hidden; I would wait for you.", person=hidden)
         return self._person_seen(ctx, person)
 
@@ -174,21 +173,13 @@ def _person(rectangle: Rectangle, stamp: float, pose: Pose, camera: Pose, sound:
         stamp=stamp,
         position=fused.position,
         covariance=fused.covariance,
-        velocity=_still(),
+        velocity=np.zeros(2),
         rectangle=rectangle,
         rectangle_stamp=stamp,
         camera=ray,
         sound=sound,
         used=fused.used,
     )
-
-
-def _hidden(person: TrackedPerson) -> TrackedPerson:
-    return replace(person, laser=None, camera=None, used=(), state="hidden")
-
-
-def _still() -> Array:
-    return np.zeros(2)
 
 
 def _would(angle: float, way: float) -> str:

@@ -84,7 +84,8 @@ class FollowingWall:
         twist = self._pursuit.steer(ctx.pose, ctx.body.cruise, ctx.body.turn, space)
         if twist.moves and self._headway.lost(-gone, ctx.stamp):
             return self._held(ctx, gone)
-        return Progress(twist=twist, remark=self._words(self._line), path=self._pursuit.rest)
+        opening = "" if self._line.gap is None else f", past an opening of {self._line.gap:.1f} m"
+        return Progress(twist=twist, remark=f"{AT_THE_WALL}{opening}.", path=self._pursuit.rest)
 
     def _to_the_wall(self, ctx: ControlContext) -> GoalController | None:
         """Plan to the nearest wall on the right at which there is room; None where it is near already.
@@ -152,11 +153,6 @@ class FollowingWall:
         self._back_until = ctx.stamp + self.BACK / self.BACK_SPEED
         words = why_no_headway(ctx.scan_points, ctx.body.radius, back_up=True)
         return Progress(twist=Twist(-self.BACK_SPEED, 0.0), remark=words)
-
-    def _words(self, line: WallLine) -> str:
-        if line.gap is not None:
-            return f"{AT_THE_WALL}, past an opening of {line.gap:.1f} m."
-        return f"{AT_THE_WALL}."
 
 
 FOLLOW_WALL = FollowWall()

@@ -7,8 +7,6 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from core.gate import Twist
-from core.geometry import Pose
 from core.message import Array
 from core.perception.landmarks.edges import ImageEdge
 from core.pilot.trail import NO_POINTS
@@ -163,13 +161,3 @@ def voices_of(rows: Iterable[dict[str, object]]) -> tuple[VoiceDirection, ...]:
 def path_of(rows: tuple[tuple[float, ...], ...]) -> Array:
     """The planned path (P, 2) [m]."""
     return np.array(rows, float).reshape(-1, 2) if rows else NO_POINTS
-
-
-def pose_of(row: tuple[float, float, float]) -> Pose:
-    """A pose."""
-    return Pose(*row)
-
-
-def twist_of(row: tuple[float, float]) -> Twist:
-    """A twist."""
-    return Twist(*row)

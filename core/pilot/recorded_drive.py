@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 
 from core.errors import BadInput
-from core.gate import ZERO
+from core.gate import ZERO, Twist
 from core.geometry import Pose, wrap
 from core.message import Array, message
 from core.perception.landmarks.deskew import beam_ends
@@ -24,15 +24,13 @@ from core.pilot.drive_record import (
     inputs_of,
     landmarks_of,
     path_of,
-    pose_of,
-    twist_of,
     voices_of,
 )
 from core.pilot.pilot import BegunDrive, Pilot
 from core.pilot.trail import NO_POINTS, Trail, frozen
-from core.recording.drive import DriveMoment, DriveRecording, decoded, text_of
+from core.recording.drive import DriveMoment, DriveRecording, text_of
 from core.recording.frame_record import ROBOT, WHOLE_MAP, ResultRecord, RobotRecord, TakenRecord
-from core.recording.ros import Envelope
+from core.recording.ros import Envelope, decode
 from core.robots import Profile
 from core.robots.profile_json import profile_from_json
 from core.robots.requests import PlaybackState
@@ -115,7 +113,7 @@ class AsRecorded:
                 self._grid, self.digest = self._decoded(one), results.map_digest
         if results.landmarks is not None:
             self._landmarks = landmarks_of(results.landmarks)
-        pose, dead = pose_of(results.pose), pose_of(results.dead_reckoning)
+        pose, dead = Pose(*results.pose), Pose(*results.dead_reckoning)
         self._endings = (*self._endings, *(end for row in results.endings if (end := command_of(row)) is not None))
         if not newest:
             self._trail.add(pose.x, pose.y)
@@ -139,7 +137,7 @@ class AsRecorded:
             estimate=Estimate(pose=pose, covariance=np.array(results.covariance).reshape(3, 3)),
             dead_reckoning=Estimate(pose=dead, covariance=NO_COVARIANCE),
             increment=Increment(),
-            velocity=twist_of(results.velocity),
+            velocity=Twist(*results.velocity),
             setpoint=ZERO,
             scan_points=self._points,
             landmarks=self._landmarks,
@@ -168,7 +166,7 @@ class AsRecorded:
 
     def _decoded(self, one: Envelope) -> OccupancyGrid:
         """The map, to the percent."""
-        content: Any = decoded(one)
+        content: Any = decode(one, one.kind)
         info, place = content.info, content.info.origin
         chance = np.asarray(content.data, np.float32).reshape(info.height, info.width)
         share = np.clip(chance / 100, 0.02, 0.98)
@@ -232,11 +230,11 @@ class ComputedNow:
         kept = self._drive.latest(WHOLE_MAP, self.since + MAP_DELAY_S)
         if kept is None or results is None:
             return BegunDrive(used=used)
-        content = decoded(kept).data.tobytes()
+        content = decode(kept, kept.kind).data.tobytes()
         return BegunDrive(
             used=used,
             saved=SavedMap.from_bytes(content, MAP_NAME),
-            pose=pose_of(results.pose),
+            pose=Pose(*results.pose),
             covariance=np.array(results.covariance).reshape(3, 3),
         )
 
@@ -245,7 +243,7 @@ class ComputedNow:
         results = None if moment.record is None else moment.record.results
         if results is None or self.whole or self.resumed:
             return Pose()
-        return pose_of(results.pose) @ pose.inverse()
+        return Pose(*results.pose) @ pose.inverse()
 
     @property
     def recorded_from_computed(self) -> Pose:

@@ -3,9 +3,9 @@
 import math
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, NotRequired, TypedDict
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,9 +15,10 @@ from core.message import Array
 from core.pilot import Pilot
 from core.pilot.recorded_drive import robot_of
 from core.pipelines import slam_files
-from core.pipelines.slam_report import ReportedRun, SlamCourse, report_html
+from core.pipelines.slam_report import report_html
+from core.pipelines.slam_result import SlamCourse, SlamResult
 from core.progress import UNSEEN, WorkProgress
-from core.recording import Ids, Recording, RecordingReport, ScanRecording, SightingRecording, open_log
+from core.recording import Ids, ScanRecording, SightingRecording, open_log
 from core.recording.drive import DriveRecording, is_drive
 from core.recording.frame_record import FRAME
 from core.robots.replayed import profile_of
@@ -25,103 +26,8 @@ from core.sensors import SensorFrame
 from core.sensors.checks import UnusableReading
 from core.settings import Settings
 from core.slam.ekf_slam import EkfSlam
-from core.slam.estimate import Landmark
-from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import ClosureStatus
 from core.slam.mapper import AnchoredPose
-
-PATH_STEP_M = 0.02  # the path is measured from place to place this far apart, so that trembling at rest adds nothing
-
-
-class LandmarkFigures(TypedDict):
-    """A landmark, as JSON."""
-
-    id: int
-    x_m: float
-    y_m: float
-    cov_m2: list[list[float]]
-    hits: int
-    misses: int
-    kind: str
-    identity: NotRequired[int]  # its name in the log
-
-
-class SlamFigures(TypedDict):
-    """Everything of a result but the poses, as JSON."""
-
-    frames: int
-    duration_s: float
-    path_m: float
-    landmarks: list[LandmarkFigures]
-    files: dict[str, str | None]
-    form: str
-    topics: list[str]
-    odometry: bool
-    read: int
-    skipped: int
-    declared: int | None
-    warnings: list[str]
-    faults: list[dict[str, str]]  # code and sentence of what the checks of the readings found
-    processing_s: NotRequired[float]  # as the caller measured it
-
-
-@dataclass(frozen=True)
-class SlamResult:
-    """The estimates from one log. The caller measures the time that it took."""
-
-    recording: Recording | DriveRecording
-    report: RecordingReport
-    stamps: tuple[float, ...]  # [s], the log's own, one per pose
-    poses: tuple[Pose, ...]  # world, one per reading that carries a scan or a sighting
-    landmarks: tuple[Landmark, ...]
-    course: SlamCourse
-    identities: dict[int, int] = field(default_factory=dict[int, int])  # landmark → its name in the log, where given
-    grid: OccupancyGrid | None = None
-    files: dict[str, str | None] = field(default_factory=lambda: {"trajectory_tum": None, "map_yaml": None})
-
-    @property
-    def path(self) -> float:
-        """Length [m] of the estimated path."""
-        total, last = 0.0, self.poses[0]
-        for pose in self.poses[1:]:
-            way = last.distance_to(pose.x, pose.y)
-            if way >= PATH_STEP_M:
-                total, last = total + way, pose
-        return total
-
-    def json(self) -> SlamFigures:
-        """Everything but the poses, as plain values with their units in the keys."""
-        report = self.report
-        return {
-            "frames": len(self.poses),
-            "duration_s": self.stamps[-1] - self.stamps[0],
-            "path_m": self.path,
-            "landmarks": [self._row(mark) for mark in self.landmarks],
-            "files": self.files,
-            "form": report.form,
-            "topics": list(report.topics),
-            "odometry": self.recording.has_wheels,
-            "read": report.read,
-            "skipped": report.skipped,
-            "declared": report.declared,
-            "warnings": list(report.warnings),
-            "faults": [{"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in report.faults],
-        }
-
-    def _row(self, mark: Landmark) -> LandmarkFigures:
-        x, y = mark.position.tolist()
-        row = LandmarkFigures(
-            id=mark.id,
-            x_m=x,
-            y_m=y,
-            cov_m2=mark.covariance.tolist(),
-            hits=mark.hits,
-            misses=mark.misses,
-            kind=mark.kind,
-        )
-        if mark.id in self.identities:
-            row["identity"] = self.identities[mark.id]
-        return row
 
 
 def slam_log(
@@ -146,32 +52,8 @@ def slam_log(
         result = _scans(recording, settings, progress) if scans else _sightings(recording, settings, progress)
     if out is None:
         return result
-    report = report_html(_reported(result, settings))
-    files = slam_files.save(out, result.stamps, result.poses, result.landmarks, result.grid, report)
+    files = slam_files.save(out, result, report_html(result, settings))
     return replace(result, files=files)
-
-
-def _reported(result: SlamResult, settings: Settings) -> ReportedRun:
-    """The report of a result."""
-    report = result.report
-    return ReportedRun(
-        title=result.recording.path.name,
-        facts=(
-            ("form", f"{report.form}: {', '.join(report.topics)}".rstrip(": ")),
-            ("readings", f"{len(result.poses)} over {result.stamps[-1] - result.stamps[0]:.1f} s"),
-            ("records skipped", str(report.skipped)),
-            ("odometry", "yes" if result.recording.has_wheels else "no"),
-            ("path", f"{result.path:.2f} m"),
-            ("landmarks", str(len(result.landmarks))),
-        ),
-        warnings=report.warnings,
-        stamps=result.stamps,
-        poses=result.poses,
-        landmarks=result.landmarks,
-        grid=result.grid,
-        course=result.course,
-        settings=settings,
-    )
 
 
 class _CourseTaker:

@@ -1,15 +1,15 @@
 """The files an offline run leaves: trajectory (TUM), landmarks (CSV), map (Nav2, PNG), and its report (HTML)."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 from core.files import save_all
 from core.geometry import Pose
 from core.pipelines.nav2_map import nav2_map
 from core.pipelines.slam_report import map_png
+from core.pipelines.slam_result import SlamResult
 from core.slam.estimate import Landmark
-from core.slam.map.occupancy import OccupancyGrid
 
 
 def trajectory_tum(stamps: Iterable[float], poses: Iterable[Pose]) -> str:
@@ -30,25 +30,18 @@ def landmarks_csv(landmarks: Iterable[Landmark]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def save(
-    folder: Path,
-    stamps: Sequence[float],
-    poses: Sequence[Pose],
-    landmarks: Sequence[Landmark],
-    grid: OccupancyGrid | None,
-    report: str,
-) -> dict[str, str | None]:
+def save(folder: Path, run: SlamResult, report: str) -> dict[str, str | None]:
     """Write everything into `folder` → what lies where; without a grid there is no map. Raises Unwritable."""
     contents: dict[str, tuple[str, bytes]] = {
-        "trajectory_tum": ("trajectory.tum", trajectory_tum(stamps, poses).encode()),
-        "landmarks_csv": ("landmarks.csv", landmarks_csv(landmarks).encode()),
+        "trajectory_tum": ("trajectory.tum", trajectory_tum(run.stamps, run.poses).encode()),
+        "landmarks_csv": ("landmarks.csv", landmarks_csv(run.landmarks).encode()),
         "report_html": ("report.html", report.encode()),
     }
-    if grid is not None:
-        text, picture = nav2_map(grid, "map.pgm")
+    if run.grid is not None:
+        text, picture = nav2_map(run.grid, "map.pgm")
         contents |= {
             "map_yaml": ("map.yaml", text.encode()),
             "map_pgm": ("map.pgm", picture),
-            "map_png": ("map.png", map_png(grid)),
+            "map_png": ("map.png", map_png(run.grid)),
         }
     return {"map_yaml": None, **save_all(folder, contents)}

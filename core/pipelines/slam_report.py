@@ -2,17 +2,17 @@
 
 import base64
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterable
+from dataclasses import fields
 from html import escape
 
 import cv2
 import numpy as np
 
-from core.geometry import Pose
 from core.message import Array
 from core.pipelines.nav2_map import map_pixels
 from core.pipelines.report_document import document_html, table_html
+from core.pipelines.slam_result import SlamResult
 from core.settings import Settings
 from core.slam.consistency import faded_band
 from core.slam.ekf_slam import NIS_FADE
@@ -29,43 +29,18 @@ CHART_LEFT, CHART_FOOT = 46, 22  # [px] for the numbers
 MAX_ROWS = 200  # of a table
 
 
-@dataclass(frozen=True)
-class SlamCourse:
-    """How an estimate went, reading by reading."""
-
-    nis: Array  # (N,) running mean per degree of freedom; NaN before the first update
-    position_sd: Array  # (N,) [m] of the weaker direction
-    step_ms: Array  # (N,) of processing
-    closures: tuple[ClosureStatus, ...] = ()
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReportedRun:
-    """All that a report shows."""
-
-    title: str
-    facts: Sequence[tuple[str, str]]  # name, value with its unit
-    warnings: Sequence[str]
-    stamps: Sequence[float]  # [s]
-    poses: Sequence[Pose]  # world
-    landmarks: Sequence[Landmark]
-    grid: OccupancyGrid | None
-    course: SlamCourse
-    settings: Settings
-
-
 def map_png(grid: OccupancyGrid) -> bytes:
     """A grid as a PNG with the grey values of Nav2's map, the highest y at the top."""
     return cv2.imencode(".png", map_pixels(grid))[1].tobytes()
 
 
-def report_html(run: ReportedRun) -> str:
+def report_html(run: SlamResult, settings: Settings) -> str:
     """The whole report."""
     seconds = np.asarray(run.stamps) - run.stamps[0]
     low, high = faded_band(NIS_FADE)
     parts = [
-        table_html(("", ""), run.facts),
-        *(f"<p>{escape(one)}</p>" for one in run.warnings),
+        table_html(("", ""), _facts(run)),
+        *(f"<p>{escape(one)}</p>" for one in run.report.warnings),
         "<h2>Trajectory and map</h2>",
         _map(run),
         '<p class="faint">Blue: the way. Green: landmarks with their ellipses of two standard deviations. '
@@ -82,12 +57,24 @@ def report_html(run: ReportedRun) -> str:
         _chart(seconds, run.course.step_ms, "ms"),
         _timing(run.course.step_ms),
         "<h2>Settings</h2>",
-        *_settings(run.settings),
+        *_settings(settings),
     ]
-    return document_html(run.title, parts)
+    return document_html(run.recording.path.name, parts)
 
 
-def _map(run: ReportedRun) -> str:
+def _facts(run: SlamResult) -> list[tuple[str, str]]:
+    """Names, and values with their units."""
+    return [
+        ("form", f"{run.report.form}: {', '.join(run.report.topics)}".rstrip(": ")),
+        ("readings", f"{len(run.poses)} over {run.stamps[-1] - run.stamps[0]:.1f} s"),
+        ("records skipped", str(run.report.skipped)),
+        ("odometry", "yes" if run.recording.has_wheels else "no"),
+        ("path", f"{run.path:.2f} m"),
+        ("landmarks", str(len(run.landmarks))),
+    ]
+
+
+def _map(run: SlamResult) -> str:
     """The map from above, y up, in metres."""
     way = np.array([(pose.x, pose.y) for pose in run.poses])
     places = np.concatenate([way, *(mark.position[None] for mark in run.landmarks)])
@@ -164,7 +151,7 @@ def _points(line: Array) -> str:
     return " ".join(f"{x:.3f},{y:.3f}" for x, y in thin.tolist())
 
 
-def _closures(run: ReportedRun) -> str:
+def _closures(run: SlamResult) -> str:
     if not run.course.closures:
         return "<p>No place was recognised again.</p>"
     rows = [

@@ -29,9 +29,9 @@ from core.recording.mcap_writing import BROKEN_RECORD
 from core.recording.odometry_track import heading_of
 from core.recording.read_report import ReadReport
 from core.recording.recording import LogSettings, RecordingReport
-from core.recording.ros import Envelope, seconds_of, stamp_of
+from core.recording.ros import LASER_SCAN, ODOMETRY, Envelope, decode, seconds_of, stamp_of
+from core.recording.ros_pictures import COMPRESSED
 from core.recording.ros_sound import RAW_AUDIO
-from core.recording.ros_writing import COMPRESSED, LASER_SCAN, ODOMETRY, typestore
 from core.recording.source import first_bytes
 from core.sensors import Image, Scan, SensorFrame, Sound, Wheels
 from core.sensors.recordable import samples_of, unpack_picture
@@ -80,13 +80,10 @@ class DriveMoment:
     def _readings(self) -> _Readings:
         found = _Readings()
         for one in self._group:
-            if one.kind not in READINGS:
-                continue
-            try:
-                found.take(one)
-                self._tally.read += 1
-            except Exception:  # whatever a decoder raises on damaged bytes, the next message may be fine
-                self._tally.skip("it cannot be decoded", f"a message of {one.topic}")
+            if one.kind in READINGS:
+                with self._tally.reading(one.topic):
+                    found.take(one)
+                    self._tally.read += 1
         return found
 
 
@@ -225,7 +222,7 @@ class _Readings:
 
     def take(self, one: Envelope) -> None:
         """Take a reading in. Raises whatever the decoder raises."""
-        content = decoded(one)
+        content = decode(one, one.kind)
         match one.kind:
             case kind if kind == LASER_SCAN:
                 self._scan = _scan(one.topic, content)
@@ -281,11 +278,6 @@ def _pose(one: Envelope) -> frame_record.Row | None:
     except UNREADABLE:
         return None
     return None if results is None else results.pose
-
-
-def decoded(one: Envelope) -> Any:
-    """A message's bytes → its fields. Raises whatever the decoder raises on damaged bytes."""
-    return typestore().deserialize_cdr(one.content, one.kind)
 
 
 def text_of(one: Envelope) -> bytes:

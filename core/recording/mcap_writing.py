@@ -10,7 +10,7 @@ import os
 import struct
 import time
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from pathlib import Path
 from typing import IO
 
@@ -77,7 +77,7 @@ class McapRecording:
     def add(self, messages: Iterable[RosMessage], logged: float) -> None:
         """Write messages that came at `logged` [s], Unix time."""
         log_time = max(round(logged * NS_PER_S), 0)
-        try:
+        with self._writing():
             if log_time - self._chunked > NS_PER_S:
                 self._writer.flush()
                 self._chunked = log_time
@@ -86,33 +86,25 @@ class McapRecording:
                 self._counts[one.topic] += 1
                 stamp = max(round(one.stamp * NS_PER_S), 0)
                 self._writer.add_message(self._channel(one.topic, one.kind), log_time, one.data, stamp, number)
-        except OSError as trouble:
-            raise self._unwritable(trouble) from None
         self.flush_when_due()
         self._first, self._last = self._first or log_time, log_time
 
     def attach(self, name: str, media_type: str, content: bytes) -> None:
         """Put a whole file into it."""
         now = time.time_ns()
-        try:
+        with self._writing():
             self._writer.add_attachment(now, now, name, media_type, content)
-        except OSError as trouble:
-            raise self._unwritable(trouble) from None
 
     def describe(self, name: str, values: Mapping[str, str]) -> None:
         """Put names and texts into it."""
-        try:
+        with self._writing():
             self._writer.add_metadata(name, dict(values))
-        except OSError as trouble:
-            raise self._unwritable(trouble) from None
 
     def flush_when_due(self) -> None:
         """Flush what is older than FLUSH_PERIOD_S; to be called also while nothing comes."""
         if time.monotonic() - self._flushed > FLUSH_PERIOD_S:
-            try:
+            with self._writing():
                 self.flush()
-            except OSError as trouble:
-                raise self._unwritable(trouble) from None
 
     def flush(self) -> None:
         """Close the open chunk, and have the disk take it. Raises OSError."""
@@ -130,17 +122,18 @@ class McapRecording:
     def finish(self) -> RecordedFile:
         """Write the index, and give the file its name."""
         try:
-            if not self._ended:
-                self._writer.finish()
-                self._file.flush()
-                os.fsync(self._file.fileno())
-                self._part.rename(self.path)
-                self._file.close()  # held until here: nobody recovers what is finished
-                self._ended = True
-        except OSError as trouble:
+            with self._writing():
+                if not self._ended:
+                    self._writer.finish()
+                    self._file.flush()
+                    os.fsync(self._file.fileno())
+                    self._part.rename(self.path)
+                    self._file.close()  # held until here: nobody recovers what is finished
+                    self._ended = True
+        except Unwritable:
             with contextlib.suppress(OSError):
                 self._file.close()  # what is held back must not come behind a recovered end
-            raise self._unwritable(trouble) from None
+            raise
         return self.written
 
     def _channel(self, topic: str, kind: str) -> int:
@@ -153,8 +146,12 @@ class McapRecording:
             self._channels[topic] = self._writer.register_channel(topic, "cdr", self._schemas[kind], more)
         return self._channels[topic]
 
-    def _unwritable(self, trouble: OSError) -> Unwritable:
-        return Unwritable(f"The recording {self.path.name} ends here: {reason(trouble)}")
+    @contextlib.contextmanager
+    def _writing(self) -> Generator[None]:
+        try:
+            yield
+        except OSError as trouble:
+            raise Unwritable(f"The recording {self.path.name} ends here: {reason(trouble)}") from None
 
     def _size(self, path: Path) -> int:
         try:

@@ -1,8 +1,11 @@
 """Counts of the records that were read and skipped in a log, reported in sentences afterwards."""
 
 from collections import Counter
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 
+from core.errors import BadInput
 from core.recording.recording import RecordingReport
 from core.sensors.checks import Fault, distinct, fault
 
@@ -40,6 +43,16 @@ class ReadReport:
         """Leave out `count` records after all that had been taken in."""
         self.read -= count
         self.skip(why, count=count)
+
+    @contextmanager
+    def reading(self, topic: str) -> Generator[None]:
+        """Leave out a message of this topic that cannot be decoded or used: the next one may be fine."""
+        try:
+            yield
+        except (BadRecord, BadInput) as problem:
+            self.skip(str(problem), f"a message of {topic}")
+        except Exception:  # whatever a decoder raises on hostile bytes
+            self.skip("it cannot be decoded", f"a message of {topic}")
 
     def warn(self, sentence: str) -> None:
         """Add a warning for the reader of the result; the same sentence is reported once."""

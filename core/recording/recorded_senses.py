@@ -16,7 +16,7 @@ from core.message import Array, message
 from core.optics import CameraModel
 from core.progress import UNSEEN, WorkProgress
 from core.recording import ros_form
-from core.recording.read_report import BadRecord, ReadReport
+from core.recording.read_report import ReadReport
 from core.recording.recording import LogSettings
 from core.recording.ros import HEARD, LASER_SCAN, Envelope, ros2_name, stamp_of
 from core.recording.ros import decode as decoded_message
@@ -61,7 +61,7 @@ def sights(
     with _messages(path, settings, tally, progress) as envelopes:
         for envelope in envelopes:
             kind, topic = ros2_name(envelope.kind), envelope.topic.strip("/")
-            try:
+            with tally.reading(envelope.topic):
                 if kind in (IMAGE, COMPRESSED) and camera in ("", topic):
                     camera = topic
                     if not due - every_s <= envelope.logged < due:
@@ -75,13 +75,7 @@ def sights(
                     continue
                 else:
                     continue
-            except (BadRecord, BadInput) as problem:
-                tally.skip(str(problem), f"a message of {envelope.topic}")
-                continue
-            except Exception:  # whatever a decoder raises on hostile bytes, the next message may be fine
-                tally.skip("it cannot be decoded", f"a message of {envelope.topic}")
-                continue
-            tally.read += 1
+                tally.read += 1
 
 
 def recorded_sound(path: Path, settings: LogSettings, tally: ReadReport, progress: WorkProgress = UNSEEN) -> Sound:
@@ -93,14 +87,9 @@ def recorded_sound(path: Path, settings: LogSettings, tally: ReadReport, progres
     with _messages(path, settings, tally, progress) as envelopes:
         for envelope in envelopes:
             kind = ros2_name(envelope.kind)
-            if kind not in HEARD:
-                continue
-            try:
-                tally.read += sounds.take(envelope.topic, decoded_message(envelope, kind), kind, envelope.logged)
-            except BadRecord as problem:
-                tally.skip(str(problem), f"a message of {envelope.topic}")
-            except Exception:  # whatever a decoder raises on hostile bytes, the next message may be fine
-                tally.skip("it cannot be decoded", f"a message of {envelope.topic}")
+            if kind in HEARD:
+                with tally.reading(envelope.topic):
+                    tally.read += sounds.take(envelope.topic, decoded_message(envelope, kind), kind, envelope.logged)
     pieces = sounds.finish(tally)
     if not pieces:
         reasons = f" What could not be read: {tally.reasons()}." if tally.skipped else ""

@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
+import cv2
 import numpy as np
 
+from core.calibration.files import pictures
 from core.geometry import Pose
-from core.message import message
+from core.message import Array, message
 from core.perception.landmarks.landmarks import Sighting
 from core.recording.odometry_track import OdometryTrack
-from core.recording.recorded_picture import RecordedPicture
 from core.sensors import Camera, Fault, Laser, Scan, SensorFrame, Sound, Wheels
 from core.setting import Meta, Section
 from core.slam.motion import Increment
@@ -158,6 +159,19 @@ def stamped(scan: Scan, stamp: float) -> Scan:
 def _head_start(scan: Scan) -> float:
     """Time [s] from the first beam (rightmost) back to the earliest; never positive."""
     return min(0.0, scan.time_step) * (len(scan.ranges) - 1)
+
+
+@message
+class RecordedPicture:
+    """One recorded picture, decoded only when it is played."""
+
+    stamp: float  # [s]
+    content: bytes  # JPEG, or what else the camera sent
+
+    @property
+    def pixels(self) -> Array:
+        """(H, W, 3) uint8, blue-green-red. Raises BadInput."""
+        return pictures.decode(self.content, cv2.IMREAD_COLOR)[0]
 
 
 @message

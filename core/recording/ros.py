@@ -28,7 +28,7 @@ from core.recording.clocks import (
 from core.recording.json_scan import read_json_scan
 from core.recording.odometry_checks import believable_track
 from core.recording.odometry_track import OdometryTrack, heading_of
-from core.recording.read_report import BadRecord, ReadReport
+from core.recording.read_report import ReadReport
 from core.recording.recording import LogSettings, ScanRecording, logged_stamp, stamped
 from core.recording.robot_names import OTHER_ODOMETRY, robot_of, robots_in
 from core.recording.ros_frames import FrameTree, Placed
@@ -135,12 +135,8 @@ class RosMessages:
         else:
             self._count_other(envelope)
             return
-        try:
+        with self._tally.reading(envelope.topic):
             self._tally.read += known(envelope, kind)
-        except (BadRecord, BadInput) as problem:
-            self._tally.skip(str(problem), f"a message of {envelope.topic}")
-        except Exception:  # whatever a decoder raises on hostile bytes, the next message may be fine
-            self._tally.skip("it cannot be decoded", f"a message of {envelope.topic}")
 
     def _take_scan(self, envelope: Envelope, kind: str) -> bool:
         message = decode(envelope, kind)
@@ -371,7 +367,8 @@ def ros2_name(kind: str) -> str:
 
 
 @functools.cache
-def _typestore(ros1: bool) -> Typestore:
+def typestore(ros1: bool = False) -> Typestore:
+    """The types of ROS 2 Jazzy, or of ROS 1 Noetic, and those of sound, of which Foxglove plays RawAudio."""
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
     if ros1:  # which knows everything but tf
         store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TF))
@@ -381,8 +378,48 @@ def _typestore(ros1: bool) -> Typestore:
 def decode(envelope: Envelope, kind: str) -> Any:
     """A message's bytes → its fields. Raises whatever the decoder raises on damaged bytes."""
     if envelope.encoding == "ros1":
-        return _typestore(True).deserialize_ros1(envelope.content, kind)
-    return _typestore(False).deserialize_cdr(envelope.content, kind)
+        return typestore(True).deserialize_ros1(envelope.content, kind)
+    return typestore().deserialize_cdr(envelope.content, kind)
+
+
+class RosParts:
+    """Makes messages of a collection of types, and the parts that many of them have."""
+
+    def __init__(self, store: Typestore, *, ros1: bool = False) -> None:
+        self._types, self._ros1 = store.types, ros1
+
+    def make(self, kind: str, **fields: Any) -> Any:
+        """A message of this type."""
+        return self._types[kind](**fields)
+
+    def time(self, stamp: float) -> Any:
+        """A time [s]."""
+        seconds, nanoseconds = divmod(round(stamp * 1e9), 1_000_000_000)
+        return self.make("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
+
+    def header(self, stamp: float, frame: str) -> Any:
+        """A header with this stamp [s]."""
+        number = {"seq": 0} if self._ros1 else {}
+        return self.make("std_msgs/msg/Header", stamp=self.time(stamp), frame_id=frame, **number)
+
+    def vector(self, x: float, y: float, z: float) -> Any:
+        """A vector of three numbers."""
+        return self.make("geometry_msgs/msg/Vector3", x=float(x), y=float(y), z=float(z))
+
+    def turned(self, heading: float) -> Any:
+        """A heading [rad] as a quaternion."""
+        z, w = math.sin(heading / 2), math.cos(heading / 2)
+        return self.make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=z, w=w)
+
+    def planar(self, pose: Pose) -> Any:
+        """A pose on the floor."""
+        position = self.make("geometry_msgs/msg/Point", x=pose.x, y=pose.y, z=0.0)
+        return self.make("geometry_msgs/msg/Pose", position=position, orientation=self.turned(pose.heading))
+
+    def twist(self, v: float, w: float) -> Any:
+        """Speeds [m/s], [rad/s]."""
+        linear, angular = self.vector(v, 0.0, 0.0), self.vector(0.0, 0.0, w)
+        return self.make("geometry_msgs/msg/Twist", linear=linear, angular=angular)
 
 
 def stamp_of(header: Any) -> float:

@@ -11,7 +11,7 @@ from core.geometry import OPTICAL, Transform
 from core.message import Array
 from core.optics import CameraModel
 from core.recording.read_report import BadRecord, ReadReport
-from core.recording.recorded_picture import RecordedPicture
+from core.recording.recording import RecordedPicture
 from core.sensors import Camera
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"

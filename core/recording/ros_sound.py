@@ -18,6 +18,7 @@ from rosbags.typesys.store import Typestore
 from core.install import install_packages
 from core.message import Array
 from core.recording.read_report import BadRecord, ReadReport
+from core.recording.sound_file import decoded_samples
 from core.sensors.microphones import MAX_MICROPHONES, Sound
 
 RAW_AUDIO = "foxglove_msgs/msg/RawAudio"
@@ -81,30 +82,22 @@ class SampleForm:
     def samples_of(self, packed: bytes) -> Array:
         """Bytes → samples (N, C) float32, full scale ±1; what is left of a block at the end is left out."""
         whole = packed[: len(packed) // self.block_bytes * self.block_bytes]
-        return _plain(whole, self.samples, self._width).reshape(-1, self.channels)
+        order = ">" if self.samples.endswith("BE") else "<"
+        kind = "f" if self.samples[0] == "F" else "u" if self.samples[0] == "U" else "i"
+        return decoded_samples(whole, kind, self._width, order).astype(np.float32).reshape(-1, self.channels)
 
 
-def _plain(packed: bytes, form: str, width: int) -> Array:
-    """Bytes of samples → float32, full scale ±1."""
-    order, kind = ">" if form.endswith("BE") else "<", {"F": "f", "U": "u"}.get(form[0], "i")
-    if width == 3:  # the upper three of four bytes
-        triples = np.frombuffer(packed, np.uint8).reshape(-1, 3)
-        wide = np.zeros((len(triples), 4), np.uint8)
-        wide[:, 1:] = triples[:, ::-1] if order == ">" else triples
-        packed, order, width = wide.tobytes(), "<", 4
-    numbers = np.frombuffer(packed, f"{order}{kind}{width}")
-    if kind == "f":
-        return numbers.astype(np.float32)
-    half = 2.0 ** (8 * width - 1)
-    return ((numbers - half * (kind == "u")) / half).astype(np.float32)
-
-
-def raw_audio(content: Any) -> tuple[SampleForm, bytes]:
-    """A foxglove_msgs/RawAudio → its form and its bytes. Raises BadRecord."""
-    if not str(content.format).startswith("pcm-"):
-        raise BadRecord("its sound is compressed")
-    form = SampleForm(int(content.sample_rate), int(content.number_of_channels), str(content.format))
-    return form.checked(), bytes(content.data)
+def sound_in(content: Any, kind: str) -> tuple[SampleForm | None, bytes, float]:
+    """A message with sound → its form where it says it, its bytes and its stamp [s], 0: none. Raises BadRecord."""
+    if kind == RAW_AUDIO:
+        if not str(content.format).startswith("pcm-"):
+            raise BadRecord("its sound is compressed")
+        form = SampleForm(int(content.sample_rate), int(content.number_of_channels), str(content.format))
+        return form.checked(), bytes(content.data), content.timestamp.sec + content.timestamp.nanosec * 1e-9
+    if kind == AUDIO_STAMPED:
+        stamp = content.header.stamp
+        return None, bytes(content.audio.data), stamp.sec + stamp.nanosec * 1e-9
+    return None, bytes(content.data), 0.0
 
 
 def is_packed_sound(packed: bytes) -> bool:
@@ -140,15 +133,7 @@ class RosSounds:
         if kind == AUDIO_INFO:
             self._infos[topic] = _described(content)
             return False
-        form, stamp = None, 0.0
-        if kind == RAW_AUDIO:
-            form, packed = raw_audio(content)
-            stamp = content.timestamp.sec + content.timestamp.nanosec * 1e-9
-        elif kind == AUDIO_STAMPED:
-            packed = bytes(content.audio.data)
-            stamp = content.header.stamp.sec + content.header.stamp.nanosec * 1e-9
-        else:
-            packed = bytes(content.data)
+        form, packed, stamp = sound_in(content, kind)
         if self._held > MAX_SOUND_BYTES:
             return False
         known = self._topics.setdefault(topic, _SoundTopic(form))

@@ -1,6 +1,5 @@
 """Readings and results as ROS 2 messages in CDR: what `core.recording.ros` reads, and other programs open."""
 
-import functools
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -8,20 +7,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from rosbags.typesys import Stores, get_typestore
-from rosbags.typesys.store import Typestore
 
 from core.geometry import Pose, Transform
 from core.recording import frame_record
 from core.recording.frame_record import FRAME, ROBOT, WHOLE_MAP, FrameRecord, RobotRecord
-from core.recording.ros_sound import RAW_AUDIO, with_sound
+from core.recording.ros import LASER_SCAN, ODOMETRY, TF, RosParts, typestore
+from core.recording.ros_pictures import CAMERA_INFO, COMPRESSED
+from core.recording.ros_sound import RAW_AUDIO
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Sound, Wheels
 from core.sensors.recordable import PNG_MAGIC, pack_picture, pcm_of
 from core.slam.estimate import Estimate, Landmark
 from core.slam.map.occupancy import OccupancyGrid
 
-LASER_SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
-COMPRESSED, CAMERA_INFO = "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo"
 TEXT, DEGREES, BYTES = "std_msgs/msg/String", "std_msgs/msg/Int32", "std_msgs/msg/UInt8MultiArray"
 MAP, POSE = "nav_msgs/msg/OccupancyGrid", "geometry_msgs/msg/PoseWithCovarianceStamped"
 MARKERS, TWIST = "visualization_msgs/msg/MarkerArray", "geometry_msgs/msg/Twist"
@@ -58,12 +55,6 @@ class RosMessage:
     data: bytes  # CDR, little endian
 
 
-@functools.cache
-def typestore() -> Typestore:
-    """The types of ROS 2 Jazzy, and those of sound, of which Foxglove plays RawAudio."""
-    return with_sound(get_typestore(Stores.ROS2_JAZZY))
-
-
 def definition(kind: str) -> str:
     """The concatenated definition of a message type, as MCAP's `ros2msg` wants it."""
     return typestore().generate_msgdef(kind, ros_version=2)[0]
@@ -74,12 +65,12 @@ def type_hash(kind: str) -> str:
     return typestore().hash_rihs01(kind)
 
 
-class RosEncoder:
+class RosEncoder(RosParts):
     """Makes the messages of one robot."""
 
     def __init__(self, lasers: tuple[Laser, ...] = (), cameras: tuple[Camera, ...] = ()) -> None:
+        super().__init__(typestore())
         self._lasers, self._cameras = lasers, cameras
-        self._types = typestore().types
 
     def topics(self) -> dict[str, str]:
         """Every topic with its type, but those of sound and of words."""
@@ -122,13 +113,13 @@ class RosEncoder:
 
     def _wheels(self, stamp: float, wheels: Wheels) -> Iterator[RosMessage]:
         stamp, place = stamp - wheels.age, wheels.as_read
-        pose = self._type("geometry_msgs/msg/PoseWithCovariance", pose=self._pose(place), covariance=np.zeros(36))
-        twist = self._type(
+        pose = self.make("geometry_msgs/msg/PoseWithCovariance", pose=self.planar(place), covariance=np.zeros(36))
+        twist = self.make(
             "geometry_msgs/msg/TwistWithCovariance",
-            twist=self._twist(wheels.speed, wheels.turn_rate),
+            twist=self.twist(wheels.speed, wheels.turn_rate),
             covariance=np.zeros(36),
         )
-        header = self._header(stamp, ODOM)
+        header = self.header(stamp, ODOM)
         yield self._message("/odom", ODOMETRY, stamp, header=header, child_frame_id=BASE, pose=pose, twist=twist)
         moved = self._transform(stamp, ODOM, BASE, place)
         yield self._message("/tf", TF, stamp, transforms=[moved])
@@ -139,7 +130,7 @@ class RosEncoder:
             self._scan_topic(scan.laser),
             LASER_SCAN,
             scan.stamp,
-            header=self._header(scan.stamp, scan.laser or (_frame(lasers[0]) if lasers else "laser")),
+            header=self.header(scan.stamp, scan.laser or (_frame(lasers[0]) if lasers else "laser")),
             angle_min=scan.angle_min,
             angle_max=scan.angle_min + scan.angle_step * (len(ranges) - 1),
             angle_increment=scan.angle_step,
@@ -159,7 +150,7 @@ class RosEncoder:
             self._picture_topic(image.camera),
             COMPRESSED,
             image.stamp,
-            header=self._header(image.stamp, name),
+            header=self.header(image.stamp, name),
             format="png" if packed.startswith(PNG_MAGIC) else "jpeg",
             data=np.frombuffer(packed, np.uint8),
         )
@@ -169,7 +160,7 @@ class RosEncoder:
             "/audio",
             RAW_AUDIO,
             sound.stamp,
-            timestamp=self._time(sound.stamp),
+            timestamp=self.time(sound.stamp),
             data=np.frombuffer(np.ascontiguousarray(pcm_of(sound.samples)).tobytes(), np.uint8),
             format="pcm-s16",
             sample_rate=int(sound.rate),
@@ -191,10 +182,10 @@ class RosEncoder:
         covariance = np.zeros((6, 6))
         of = np.array([0, 1, 5])
         covariance[np.ix_(of, of)] = estimate.covariance
-        pose = self._type(
-            "geometry_msgs/msg/PoseWithCovariance", pose=self._pose(estimate.pose), covariance=covariance.ravel()
+        pose = self.make(
+            "geometry_msgs/msg/PoseWithCovariance", pose=self.planar(estimate.pose), covariance=covariance.ravel()
         )
-        yield self._message("/pose", POSE, stamp, header=self._header(stamp, WORLD), pose=pose)
+        yield self._message("/pose", POSE, stamp, header=self.header(stamp, WORLD), pose=pose)
         if odometry is not None:
             drifted = estimate.pose @ odometry.inverse()
             yield self._message("/tf", TF, stamp, transforms=[self._transform(stamp, WORLD, ODOM, drifted)])
@@ -208,31 +199,31 @@ class RosEncoder:
         chance = np.rint(100.0 / (1.0 + np.exp(-grid.log_odds))).astype(np.int8)
         rows, columns = grid.log_odds.shape
         x, y = grid.origin.tolist()
-        info = self._type(
+        info = self.make(
             "nav_msgs/msg/MapMetaData",
-            map_load_time=self._time(stamp),
+            map_load_time=self.time(stamp),
             resolution=grid.resolution,
             width=columns,
             height=rows,
-            origin=self._pose(Pose(x, y, 0.0)),
+            origin=self.planar(Pose(x, y, 0.0)),
         )
         return self._message(
             "/map",
             MAP,
             stamp,
-            header=self._header(stamp, WORLD),
+            header=self.header(stamp, WORLD),
             info=info,
             data=np.where(grid.log_odds == 0, np.int8(-1), chance).ravel(),
         )
 
     def whole_map(self, stamp: float, content: bytes) -> RosMessage:
         """Everything that the estimator goes on with: `SavedMap.to_bytes`."""
-        layout = self._type("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
+        layout = self.make("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
         return self._message(WHOLE_MAP, BYTES, stamp, layout=layout, data=np.frombuffer(content, np.uint8))
 
     def speeds(self, stamp: float, v: float, w: float) -> RosMessage:
         """The speeds that the gate let through [m/s], [rad/s]."""
-        twist = self._twist(v, w)
+        twist = self.twist(v, w)
         return self._message("/cmd_vel", TWIST, stamp, linear=twist.linear, angular=twist.angular)
 
     def direction(self, stamp: float, azimuth: float) -> RosMessage:
@@ -247,52 +238,26 @@ class RosEncoder:
     # pieces
 
     def _message(self, topic: str, kind: str, stamp: float, **fields: Any) -> RosMessage:
-        raw = typestore().serialize_cdr(self._types[kind](**fields), kind)
+        raw = typestore().serialize_cdr(self.make(kind, **fields), kind)
         return RosMessage(topic, kind, stamp, bytes(raw))
-
-    def _type(self, kind: str, **fields: Any) -> Any:
-        return self._types[kind](**fields)
-
-    def _time(self, stamp: float) -> Any:
-        seconds, nanoseconds = divmod(round(stamp * 1e9), 1_000_000_000)
-        return self._type("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
-
-    def _header(self, stamp: float, frame: str) -> Any:
-        return self._type("std_msgs/msg/Header", stamp=self._time(stamp), frame_id=frame)
-
-    def _pose(self, pose: Pose) -> Any:
-        return self._type(
-            "geometry_msgs/msg/Pose",
-            position=self._type("geometry_msgs/msg/Point", x=pose.x, y=pose.y, z=0.0),
-            orientation=self._quaternion(pose),
-        )
 
     def _quaternion(self, place: Pose | Transform) -> Any:
         if isinstance(place, Pose):
-            x, y, z, w = 0.0, 0.0, math.sin(place.heading / 2), math.cos(place.heading / 2)
-        else:
-            from scipy.spatial.transform import Rotation  # a camera's alone; it takes a while to import
+            return self.turned(place.heading)
+        from scipy.spatial.transform import Rotation  # a camera's alone; it takes a while to import
 
-            x, y, z, w = Rotation.from_matrix(place.rotation).as_quat().tolist()
-        return self._type("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
-
-    def _twist(self, v: float, w: float) -> Any:
-        return self._type(
-            "geometry_msgs/msg/Twist", linear=self._vector(v, 0.0, 0.0), angular=self._vector(0.0, 0.0, w)
-        )
-
-    def _vector(self, x: float, y: float, z: float) -> Any:
-        return self._type("geometry_msgs/msg/Vector3", x=float(x), y=float(y), z=float(z))
+        x, y, z, w = Rotation.from_matrix(place.rotation).as_quat().tolist()
+        return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 
     def _transform(self, stamp: float, parent: str, child: str, place: Pose | Transform, height: float = 0.0) -> Any:
         """`height` [m] of a pose above its frame's floor."""
         at = (place.x, place.y, height) if isinstance(place, Pose) else place.translation.tolist()
-        return self._type(
+        return self.make(
             "geometry_msgs/msg/TransformStamped",
-            header=self._header(stamp, parent),
+            header=self.header(stamp, parent),
             child_frame_id=child,
-            transform=self._type(
-                "geometry_msgs/msg/Transform", translation=self._vector(*at), rotation=self._quaternion(place)
+            transform=self.make(
+                "geometry_msgs/msg/Transform", translation=self.vector(*at), rotation=self._quaternion(place)
             ),
         )
 
@@ -304,7 +269,7 @@ class RosEncoder:
             "/camera/camera_info",
             CAMERA_INFO,
             stamp,
-            header=self._header(stamp, camera.name),
+            header=self.header(stamp, camera.name),
             height=model.height,
             width=model.width,
             distortion_model="plumb_bob",
@@ -314,7 +279,7 @@ class RosEncoder:
             p=p.ravel(),
             binning_x=0,
             binning_y=0,
-            roi=self._type(
+            roi=self.make(
                 "sensor_msgs/msg/RegionOfInterest", x_offset=0, y_offset=0, height=0, width=0, do_rectify=False
             ),
         )
@@ -323,28 +288,28 @@ class RosEncoder:
         values, vectors = np.linalg.eigh(row.covariance)
         across, along = (2 * ELLIPSE_SIGMA * np.sqrt(np.maximum(values, 1e-12))).tolist()
         x, y = row.position.tolist()
-        return self._type(
+        return self.make(
             "visualization_msgs/msg/Marker",
-            header=self._header(stamp, WORLD),
+            header=self.header(stamp, WORLD),
             ns="landmarks",
             id=row.id,
             type=CYLINDER_MARKER,
             action=0,
-            pose=self._pose(Pose(x, y, math.atan2(vectors[1, 1], vectors[0, 1]))),
-            scale=self._vector(along, across, 0.02),
-            color=self._type("std_msgs/msg/ColorRGBA", r=0.0, g=0.6, b=0.7, a=0.5),
-            lifetime=self._type("builtin_interfaces/msg/Duration", sec=0, nanosec=0),
+            pose=self.planar(Pose(x, y, math.atan2(vectors[1, 1], vectors[0, 1]))),
+            scale=self.vector(along, across, 0.02),
+            color=self.make("std_msgs/msg/ColorRGBA", r=0.0, g=0.6, b=0.7, a=0.5),
+            lifetime=self.make("builtin_interfaces/msg/Duration", sec=0, nanosec=0),
             frame_locked=False,
             points=[],
             colors=[],
             texture_resource="",
-            texture=self._type(
-                "sensor_msgs/msg/CompressedImage", header=self._header(0.0, ""), format="", data=np.zeros(0, np.uint8)
+            texture=self.make(
+                "sensor_msgs/msg/CompressedImage", header=self.header(0.0, ""), format="", data=np.zeros(0, np.uint8)
             ),
             uv_coordinates=[],
             text="",
             mesh_resource="",
-            mesh_file=self._type("visualization_msgs/msg/MeshFile", filename="", data=np.zeros(0, np.uint8)),
+            mesh_file=self.make("visualization_msgs/msg/MeshFile", filename="", data=np.zeros(0, np.uint8)),
             mesh_use_embedded_materials=False,
         )
 

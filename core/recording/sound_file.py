@@ -2,6 +2,7 @@
 
 import struct
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -106,20 +107,20 @@ def _samples(name: str, form: bytes, body: bytes) -> tuple[int, Array]:
     if not count:
         raise BadInput(f"{name} holds no samples.")
     _check_length(name, count, channels, rate)
-    return rate, _decoded(body[: count * block], code, width).reshape(count, channels)
+    kind = "f" if code == FLOAT_CODE else "u" if width == 1 else "i"
+    return rate, decoded_samples(body[: count * block], kind, width).reshape(count, channels)
 
 
-def _decoded(body: bytes, code: int, width: int) -> Array:
-    """Bytes of samples → numbers of full scale ±1."""
-    if code == FLOAT_CODE:
-        return np.frombuffer(body, f"<f{width}").astype(np.float64)
-    if width == 1:
-        return (np.frombuffer(body, np.uint8).astype(np.float64) - 128) / 128
-    if width == 3:
-        wide = np.zeros((len(body) // 3, 4), np.uint8)
-        wide[:, 1:] = np.frombuffer(body, np.uint8).reshape(-1, 3)
-        return wide.view("<i4")[:, 0] / 2.0**31
-    return np.frombuffer(body, f"<i{width}") / 2.0 ** (8 * width - 1)
+def decoded_samples(packed: bytes, kind: Literal["f", "i", "u"], width: int, order: Literal["<", ">"] = "<") -> Array:
+    """Bytes of samples, floats or whole numbers of `width` bytes with or without a sign → full scale ±1."""
+    if width == 3:  # the upper three of four bytes
+        triples = np.frombuffer(packed, np.uint8).reshape(-1, 3)
+        wide = np.zeros((len(triples), 4), np.uint8)
+        wide[:, 1:] = triples[:, ::-1] if order == ">" else triples
+        packed, order, width = wide.tobytes(), "<", 4
+    numbers = np.frombuffer(packed, f"{order}{kind}{width}").astype(np.float64)
+    half = 2.0 ** (8 * width - 1)
+    return numbers if kind == "f" else (numbers - half * (kind == "u")) / half
 
 
 def _compressed(path: Path, kind: str) -> tuple[int, Array]:

@@ -11,7 +11,7 @@ import socket
 import threading
 import time
 from collections.abc import Collection
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 from urllib.parse import parse_qsl, unquote, urlsplit
 
 from core.errors import BadInput, Unavailable
@@ -91,31 +91,8 @@ def link_address(
     return LinkAddress(host=host, port=tcp_port if port is None else port, options=options)
 
 
-class ByteLink(Protocol):
-    """One thread reads, any thread writes and closes."""
-
-    def read(self, timeout: float) -> bytes:
-        """Bytes that came, or b"" when nothing did within `timeout` [s]. Raises OSError when the link is gone."""
-        ...
-
-    def write(self, data: bytes) -> None:
-        """Send all of it, without waiting for more than WRITING. Raises OSError when the link is gone."""
-        ...
-
-    def close(self) -> None:
-        """Let go; a `read` under way ends. Harmless when done twice."""
-        ...
-
-
-def drain(link: ByteLink, quiet: float, longest: float) -> None:
-    """Read until nothing came for `quiet` [s], for `longest` [s] at most. Raises OSError."""
-    end = time.monotonic() + longest
-    while link.read(quiet) and time.monotonic() < end:
-        pass
-
-
 class TcpLink:
-    """A TCP connection."""
+    """A TCP connection. One thread reads, any thread writes and closes."""
 
     def __init__(self, host: str, port: int) -> None:
         """Connect. Raises Unavailable with a sentence."""
@@ -128,7 +105,7 @@ class TcpLink:
         self._writer.settimeout(WRITE_TIMEOUT_S)
 
     def read(self, timeout: float) -> bytes:
-        """See ByteLink."""
+        """Bytes that came, or b"" when nothing did within `timeout` [s]. Raises OSError when the link is gone."""
         self._socket.settimeout(max(timeout, 1e-4))
         try:
             data = self._socket.recv(CHUNK_BYTES)
@@ -139,11 +116,11 @@ class TcpLink:
         return data
 
     def write(self, data: bytes) -> None:
-        """See ByteLink."""
+        """Send all of it, without waiting for more than `WRITE_TIMEOUT_S`. Raises OSError when the link is gone."""
         self._writer.sendall(data)
 
     def close(self) -> None:
-        """See ByteLink."""
+        """Let go; a `read` under way ends. Harmless when done twice."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
         self._writer.close()
@@ -151,7 +128,7 @@ class TcpLink:
 
 
 class SerialLink:
-    """A serial port."""
+    """A serial port, used as a TcpLink is."""
 
     def __init__(self, path: str, baud: int, *, dtr: bool = True) -> None:
         """Open the port at `baud` [bit/s], with the line DTR as said. Raises Unavailable with a sentence."""
@@ -160,7 +137,7 @@ class SerialLink:
         self._closed = False
 
     def read(self, timeout: float) -> bytes:
-        """See ByteLink."""
+        """As of TcpLink."""
         end = time.monotonic() + timeout
         with self._reading:
             while True:
@@ -173,7 +150,7 @@ class SerialLink:
                     return b""
 
     def write(self, data: bytes) -> None:
-        """See ByteLink."""
+        """As of TcpLink."""
         with self._writing:
             self._check()
             if os.name == "posix":
@@ -182,7 +159,7 @@ class SerialLink:
                 self._port.write(data)
 
     def close(self) -> None:
-        """See ByteLink."""
+        """As of TcpLink."""
         if self._closed:
             return
         self._closed = True
@@ -229,6 +206,16 @@ def _why_not(path: str, trouble: str) -> str:
     if "lock" in trouble:
         return f"The serial port {path} is in use by another program; close that first."
     return f"The serial port {path} cannot be opened."
+
+
+ByteLink = TcpLink | SerialLink
+
+
+def drain(link: ByteLink, quiet: float, longest: float) -> None:
+    """Read until nothing came for `quiet` [s], for `longest` [s] at most. Raises OSError."""
+    end = time.monotonic() + longest
+    while link.read(quiet) and time.monotonic() < end:
+        pass
 
 
 def open_link(address: LinkAddress, baud: int, *, dtr: bool = True) -> ByteLink:

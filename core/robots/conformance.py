@@ -607,21 +607,12 @@ def sensor_names(profile: Profile) -> list[str]:
 
 def series_of(read: Sequence[SensorFrame], profile: Profile) -> list[SensorSeries]:
     """The readings of every laser and camera; one that names no sensor is the first one's."""
-    scans = [(frame, frame.scan) for frame in read if frame.scan is not None]
-    images = [(frame, frame.image) for frame in read if frame.image is not None]
+    scans = [(one.laser, one.stamp, frame.stamp - one.newest) for frame in read if (one := frame.scan) is not None]
+    images = [(one.camera, one.stamp, frame.stamp - one.stamp) for frame in read if (one := frame.image) is not None]
     found: list[SensorSeries] = []
-    for number, laser in enumerate(profile.lasers):
-        mine = [(frame, scan) for frame, scan in scans if scan.laser == laser.name or not (scan.laser or number)]
-        ages = [frame.stamp - scan.newest for frame, scan in mine]
-        found.append(
-            SensorSeries(laser.name, laser.rate, f"lasers.{laser.name}", [scan.stamp for _, scan in mine], ages)
-        )
-    for number, camera in enumerate(profile.cameras):
-        mine = [
-            (frame, image) for frame, image in images if image.camera == camera.name or not (image.camera or number)
-        ]
-        ages = [frame.stamp - image.stamp for frame, image in mine]
-        found.append(
-            SensorSeries(camera.name, camera.rate, f"cameras.{camera.name}", [image.stamp for _, image in mine], ages)
-        )
+    for kind, sensors, readings in (("lasers", profile.lasers, scans), ("cameras", profile.cameras, images)):
+        for number, sensor in enumerate(sensors):
+            mine = [(stamp, age) for name, stamp, age in readings if name == sensor.name or not (name or number)]
+            stamps, ages = [stamp for stamp, _ in mine], [age for _, age in mine]
+            found.append(SensorSeries(sensor.name, sensor.rate, f"{kind}.{sensor.name}", stamps, ages))
     return found

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, get_args
 
 import msgspec
 import numpy as np
@@ -12,13 +12,14 @@ from core.robots import Profile
 from core.robots.device import Equipment
 from core.robots.findings import Findings
 from core.robots.requests import RobotRequest
-from core.robots.robot_file import RobotFile
+from core.robots.robot_file import CameraTable, LaserTable, RobotFile
 from core.sensors import Camera, Laser
 from core.sensors.microphones import MicrophoneArray
 
 Origin = Literal["robot", "file", "assumed"]
 """Whence a figure is known: the robot or its driver says it, the robot file does, or nobody."""
 
+LimitName = Literal["radius", "wheelbase", "cruise", "max_speed", "max_turn_rate"]
 DECIMAL_DIGITS = 5
 
 
@@ -80,7 +81,7 @@ class FoundMicrophones(msgspec.Struct, frozen=True, kw_only=True):
 class FoundLimit(msgspec.Struct, frozen=True, kw_only=True):
     """A figure of the body or a limit of speed."""
 
-    name: Literal["radius", "wheelbase", "cruise", "max_speed", "max_turn_rate"]
+    name: LimitName
     value: float  # [m], [m/s] or [rad/s]
     origin: Origin
 
@@ -123,23 +124,28 @@ def describe(
             return "file"
         return "assumed" if equipment and getattr(base, name, None) is None else "robot"
 
-    figures: tuple[tuple[Literal["radius", "wheelbase", "cruise", "max_speed", "max_turn_rate"], float], ...] = (
-        ("radius", profile.radius),
-        ("wheelbase", profile.wheelbase),
-        ("cruise", profile.cruise),
-        ("max_speed", profile.max_speed),
-        ("max_turn_rate", profile.max_turn_rate),
-    )
+    def mounted(sensor: Laser | Camera, table: LaserTable | CameraTable | None) -> Origin:
+        if table is not None and table.x is not None:
+            return "file"
+        at = sensor.mounting
+        turned = isinstance(at, Pose) and any((at.x, at.y, at.heading))
+        return "robot" if not parts or sensor.name in placed or turned else "assumed"
+
     return FoundRobot(
         url=profile.url,
         name=profile.name,
         failsafe=profile.failsafe,
         odometry=profile.odometry,
-        limits=tuple(FoundLimit(name=name, value=value, origin=origin(name)) for name, value in figures),
+        limits=tuple(
+            FoundLimit(name=name, value=getattr(profile, name), origin=origin(name)) for name in get_args(LimitName)
+        ),
         parts=parts or (_whole(profile),),
-        lasers=tuple(_laser(one, _laser_origin(one, file, placed, live=bool(parts))) for one in profile.lasers),
-        cameras=tuple(_camera(one, _camera_origin(one, file, placed, live=bool(parts))) for one in profile.cameras),
-        microphones=tuple(_array(one, _array_origin(one, file, live=bool(parts))) for one in profile.arrays),
+        lasers=tuple(_laser(one, mounted(one, file.lasers.get(one.name))) for one in profile.lasers),
+        cameras=tuple(_camera(one, mounted(one, file.cameras.get(one.name))) for one in profile.cameras),
+        microphones=tuple(
+            _array(one, "file" if one.name in file.microphones else "assumed" if parts else "robot")
+            for one in profile.arrays
+        ),
     )
 
 
@@ -153,25 +159,6 @@ def _whole(profile: Profile) -> FoundPart:
         cameras=tuple(one.name for one in profile.cameras),
         microphones=tuple(one.name for one in profile.arrays),
     )
-
-
-def _laser_origin(laser: Laser, file: RobotFile, placed: set[str], *, live: bool) -> Origin:
-    table = file.lasers.get(laser.name)
-    if table is not None and table.x is not None:
-        return "file"
-    at = laser.mounting
-    return "robot" if not live or laser.name in placed or any((at.x, at.y, at.heading)) else "assumed"
-
-
-def _camera_origin(camera: Camera, file: RobotFile, placed: set[str], *, live: bool) -> Origin:
-    table = file.cameras.get(camera.name)
-    if table is not None and table.x is not None:
-        return "file"
-    return "robot" if not live or camera.name in placed else "assumed"
-
-
-def _array_origin(array: MicrophoneArray, file: RobotFile, *, live: bool) -> Origin:
-    return "file" if array.name in file.microphones else "assumed" if live else "robot"
 
 
 def _laser(laser: Laser, origin: Origin) -> FoundLaser:

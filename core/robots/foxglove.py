@@ -6,17 +6,15 @@ import time
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from core.gate import Twist
-from core.geometry import Pose
 from core.recording.ros import ros2_name
 from core.robots.device import Device
-from core.robots.ros.parameters import TIMEOUT, stopping
+from core.robots.ros.ros_device import TIMEOUT, stopping
 from core.robots.ros.socket_link import RosAddress, RosSocket, parse_address
 from core.robots.ros.topics import DESCRIPTION, RosTopics
 from core.robots.ros.typestore import BOOL, GOAL, RobotTypes
 
 DEFAULT_PORT = 8765
-SPEEDS_CHANNEL, LOCK_CHANNEL, GOALS_CHANNEL = 1, 2, 3  # numbers of the channels that are written to
+SPEEDS_CHANNEL = 1  # number of the first channel that is written to
 MESSAGE_OPCODE = 0x01  # opcode both ways
 MESSAGE_HEAD = struct.Struct("<BIQ")  # opcode, subscription, time [ns]
 SEND_HEAD = struct.Struct("<BI")  # opcode, channel
@@ -50,6 +48,7 @@ class FoxgloveRobot(RosSocket):
         self._channels: dict[int, AdvertisedChannel] = {}
         self._listeners: set[str] | None = None  # topics that a node of the robot subscribes to
         self._numbers: dict[int, str] = {}  # subscription → topic
+        self._written: dict[str, int] = {}  # topic that is written to → number of its channel
         self._newest = time.monotonic()  # [s] when a topic was last listed
         self._tells_parameters = False
 
@@ -84,23 +83,20 @@ class FoxgloveRobot(RosSocket):
             self._send(json.dumps({"op": "subscribe", "subscriptions": [{"id": number, "channelId": number}]}))
 
     def _advertise(self, topics: RosTopics) -> None:
-        written = (
-            (SPEEDS_CHANNEL, topics.cmd_vel, topics.cmd_vel_type),
-            (LOCK_CHANNEL, topics.lock, BOOL),
-            (GOALS_CHANNEL, topics.goal, GOAL),
-        )
-        channels = [self._own_channel(number, topic, kind) for number, topic, kind in written if topic]
+        written = ((topics.cmd_vel, topics.cmd_vel_type), (topics.lock, BOOL), (topics.goal, GOAL))
+        self._written = {topic: number for number, (topic, _) in enumerate(written, SPEEDS_CHANNEL) if topic}
+        channels = [self._own_channel(topic, kind) for topic, kind in written if topic]
         self._send(json.dumps({"op": "advertise", "channels": channels}))
 
     def _advertise_speeds(self, topics: RosTopics) -> None:
-        channel = self._own_channel(SPEEDS_CHANNEL, topics.cmd_vel, topics.cmd_vel_type)
+        channel = self._own_channel(topics.cmd_vel, topics.cmd_vel_type)
         self._send(json.dumps({"op": "unadvertise", "channelIds": [SPEEDS_CHANNEL]}))
         self._send(json.dumps({"op": "advertise", "channels": [channel]}))
 
-    def _own_channel(self, number: int, topic: str, kind: str) -> dict[str, Any]:
+    def _own_channel(self, topic: str, kind: str) -> dict[str, Any]:
         ros1 = self.types.encoding == "ros1"
         return {
-            "id": number,
+            "id": self._written[topic],
             "topic": topic,
             "encoding": self.types.encoding,
             "schemaName": kind.replace("/msg/", "/") if ros1 else kind,
@@ -108,20 +104,9 @@ class FoxgloveRobot(RosSocket):
             "schemaEncoding": "ros1msg" if ros1 else "ros2msg",
         }
 
-    def _send_twist(self, twist: Twist) -> None:
-        if self.topics is not None:
-            payload = self.types.encode_twist(self.topics.cmd_vel_type, twist, self.topics.base_frame)
-            self._send(SEND_HEAD.pack(MESSAGE_OPCODE, SPEEDS_CHANNEL) + payload)
-
-    def _send_lock(self, closed: bool) -> None:
-        if self.topics is not None and self.topics.lock:
-            self._send(SEND_HEAD.pack(MESSAGE_OPCODE, LOCK_CHANNEL) + self.types.encode_bool(closed))
-
-    def _send_goal(self, frame: str, goal: Pose) -> None:
-        self._send(
-            SEND_HEAD.pack(MESSAGE_OPCODE, GOALS_CHANNEL)
-            + self.types.encode_goal(frame, goal.x, goal.y, goal.heading)
-        )
+    def _publish(self, topic: str, kind: str, content: Any) -> None:
+        if topic in self._written:
+            self._send(SEND_HEAD.pack(MESSAGE_OPCODE, self._written[topic]) + self.types.encode(kind, content))
 
     def _read(self, raw: str | bytes) -> tuple[str, Any] | None:
         if isinstance(raw, str):

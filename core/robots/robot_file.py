@@ -24,6 +24,7 @@ import numpy as np
 from core.calibration.files.camera_files import read_camera
 from core.errors import BadInput
 from core.geometry import OPTICAL, Pose, Transform
+from core.recording.ros_frames import flat
 from core.robots import Capability, Profile
 from core.robots.device import Base, Equipment
 from core.robots.urdf import Body, load_body
@@ -138,6 +139,7 @@ def parse_robot_file(text: str, name: str) -> RobotFile:
 
 
 T = TypeVar("T", bound=msgspec.Struct)
+FlatSensor = TypeVar("FlatSensor", Laser, MicrophoneArray)
 
 
 def converted(entries: Mapping[str, Any], into: type[T], name: str) -> T:
@@ -238,9 +240,9 @@ def _laser(laser: Laser, table: LaserTable | None, body: Body | None) -> Laser:
     if table is None:
         return laser
     if table.link:
-        laser, turned = _on_link(laser, _link(body, table.link))
-        table = msgspec.structs.replace(table, x=None, height=None)
-        if turned:
+        at = _link(body, table.link)
+        laser, table = _on_link(laser, at), msgspec.structs.replace(table, x=None, height=None)
+        if abs(float(at.rotation[2, 2])) < FLAT_TILT_COSINE:
             raise BadInput(f"The link {table.link} stands on edge: no laser can scan the floor plan from there.")
     place = laser.mounting if table.x is None else Pose(table.x, table.y, math.radians(table.heading_deg))
     return replace(
@@ -261,12 +263,10 @@ def _link(body: Body | None, link: str) -> Transform:
     return body.mounting(link)
 
 
-def _on_link(laser: Laser, at: Transform) -> tuple[Laser, bool]:
-    """The laser at a link, and whether that does not lie flat; that it hangs upside down is the driver's to tell."""
-    heading = math.atan2(float(at.rotation[1, 0]), float(at.rotation[0, 0]))
-    x, y, z = (float(number) for number in at.translation)
-    place = replace(laser, mounting=Pose(x, y, heading), height=z if z > 0 else laser.height)
-    return place, abs(float(at.rotation[2, 2])) < FLAT_TILT_COSINE
+def _on_link(sensor: FlatSensor, at: Transform) -> FlatSensor:
+    """A laser or an array at a link; that it hangs upside down is the driver's to tell."""
+    placed = flat(at)
+    return replace(sensor, mounting=placed.pose, height=placed.height if placed.height > 0 else sensor.height)
 
 
 def _camera(camera: Camera, table: CameraTable | None, folder: Path, body: Body | None) -> Camera:
@@ -304,8 +304,5 @@ def _array(
         beside = folder / table.profile
         array = replace(load_array(beside if beside.exists() else table.profile), name=array.name)
     if table.link:
-        at = _link(body, table.link)
-        x, y, z = (float(number) for number in at.translation)
-        heading = math.atan2(float(at.rotation[1, 0]), float(at.rotation[0, 0]))
-        return replace(array, mounting=Pose(x, y, heading), height=z if z > 0 else array.height)
+        return _on_link(array, _link(body, table.link))
     return replace(array, mounting=Pose(table.x, table.y, math.radians(table.heading_deg)), height=table.height)

@@ -4,24 +4,22 @@ Messages come in their own bytes (`cbor-raw`), or as JSON with `?encoding=json`,
 """
 
 import base64
+import dataclasses
 import json
-import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 from typing import Any
 
 from core.errors import BadInput, Unavailable
-from core.gate import Twist
-from core.geometry import Pose
 from core.install import install_extra
 from core.recording.ros import ros2_name
 from core.robots.device import Device
 from core.robots.ros.bridge import RosSensors
-from core.robots.ros.parameters import TIMEOUT, stopping
+from core.robots.ros.ros_device import TIMEOUT, stopping
 from core.robots.ros.socket_link import RosAddress, RosSocket, parse_address
 from core.robots.ros.topics import DESCRIPTION, RosTopics
-from core.robots.ros.typestore import BOOL, GOAL, TWIST_STAMPED, RobotTypes
+from core.robots.ros.typestore import BOOL, GOAL, RobotTypes
 
 DEFAULT_PORT = 9090
 TYPES, TOPICS = "/rosapi/topics_and_raw_types", "/rosapi/topics"  # services; older robots have only the second
@@ -32,6 +30,7 @@ MOST_ASKED = 12  # nodes
 PICTURE_GAP = 60  # [ms] at least between two pictures: rosbridge takes much of the robot's computer for each
 LEVELS = ("warning", "error")  # of status messages that the operator is to know
 OF_ROS_1 = {"secs": "sec", "nsecs": "nanosec"}
+TO_ROS_1 = {there: here for here, there in OF_ROS_1.items()}
 
 
 class RosbridgeRobot(RosSocket):
@@ -136,30 +135,9 @@ class RosbridgeRobot(RosSocket):
         self._say(op="unadvertise", topic=topics.cmd_vel)
         self._say(op="advertise", topic=topics.cmd_vel, type=self._name(topics.cmd_vel_type))
 
-    def _send_twist(self, twist: Twist) -> None:
-        if self.topics is None:
-            return
-        content: dict[str, Any] = {
-            "linear": {"x": twist.v, "y": 0.0, "z": 0.0},
-            "angular": {"x": 0.0, "y": 0.0, "z": twist.w},
-        }
-        if self.topics.cmd_vel_type == TWIST_STAMPED:
-            content = {"header": self._header(self.topics.base_frame), "twist": content}
-        self._say(op="publish", topic=self.topics.cmd_vel, msg=content)
-
-    def _send_lock(self, closed: bool) -> None:
-        if self.topics is not None and self.topics.lock:
-            self._say(op="publish", topic=self.topics.lock, msg={"data": closed})
-
-    def _send_goal(self, frame: str, goal: Pose) -> None:
-        if self.topics is not None:
-            turned = {"x": 0.0, "y": 0.0, "z": math.sin(goal.heading / 2), "w": math.cos(goal.heading / 2)}
-            pose = {"position": {"x": goal.x, "y": goal.y, "z": 0.0}, "orientation": turned}
-            self._say(op="publish", topic=self.topics.goal, msg={"header": self._header(frame), "pose": pose})
-
-    def _header(self, frame: str) -> dict[str, Any]:
-        stamp = dict.fromkeys(("secs", "nsecs") if self.types.encoding == "ros1" else ("sec", "nanosec"), 0)
-        return {"stamp": stamp, "frame_id": frame}
+    def _publish(self, topic: str, kind: str, content: Any) -> None:
+        names = TO_ROS_1 if self.types.encoding == "ros1" else {}
+        self._say(op="publish", topic=topic, msg=as_json(content, names))
 
     def _read(self, raw: str | bytes) -> tuple[str, Any] | None:
         fields: dict[str, Any] = json.loads(raw) if isinstance(raw, str) else self._unpack(raw)
@@ -206,6 +184,14 @@ class RosbridgeRobot(RosSocket):
 
     def _say(self, **fields: Any) -> None:
         self._send(json.dumps(fields))
+
+
+def as_json(value: Any, names: Mapping[str, str]) -> Any:
+    """A message → the same in JSON, some of its fields by other names; the robot numbers headers itself."""
+    if not dataclasses.is_dataclass(value):
+        return value
+    known = (field.name for field in dataclasses.fields(value) if field.name not in ("__msgtype__", "seq"))
+    return {names.get(name, name): as_json(getattr(value, name), names) for name in known}
 
 
 def as_fields(value: Any) -> Any:

@@ -8,16 +8,14 @@ import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from urllib.parse import parse_qsl, urlsplit
+from typing import Any
 
 from core.errors import BadInput, Unavailable
-from core.gate import Twist
-from core.geometry import Pose
 from core.robots.device import Device, Equipment
 from core.robots.readings import Readings
 from core.robots.ros.bridge import RosSensors
-from core.robots.ros.parameters import TIMEOUT, stopping
-from core.robots.ros.ros_device import RosDevice
+from core.robots.ros.ros_device import TIMEOUT, RosDevice, stopping
+from core.robots.ros.socket_link import split_address, take_secure
 from core.robots.ros.topics import NAME, TYPES, RosSettings, RosTopics, choose_topics
 from core.robots.ros.typestore import BOOL, GOAL, PARAMETER_VALUES, RobotTypes
 from core.robots.ros.zenoh_keys import NO_HASH, Dialect, Endpoint
@@ -47,13 +45,11 @@ class ZenohRobot(RosDevice):
         self._equipment: Equipment | None = None  # as it was found at the first connection
         self._dialect: Dialect = "rmw"  # of the robot
         self._latched: set[str] = set()
-        self._speeds: TopicWriter | None = None
-        self._lock: TopicWriter | None = None
+        self._writers: dict[str, TopicWriter] = {}  # by topic
         self._arrived: deque[float] = deque(
             maxlen=LIVELY_MESSAGES
         )  # [s] when the last messages came, latched ones apart
         self._fell_silent = False
-        self._goals: TopicWriter | None = None
 
     def open(self) -> Equipment:
         """Connect, find the robot's topics and hear every one once. Raises Unavailable with a sentence."""
@@ -67,10 +63,9 @@ class ZenohRobot(RosDevice):
         sensors.types = self.types
         self._arrived.clear()
         self._subscribe(link, endpoints, dialect)
-        if topics.cmd_vel:
-            self._speeds = link.writer(topics.cmd_vel, topics.cmd_vel_type, dialect)
-            self._lock = link.writer(topics.lock, BOOL, dialect) if topics.lock else None
-        self._goals = link.writer(topics.goal, GOAL, dialect) if topics.goal else None
+        lock = topics.lock if topics.cmd_vel else ""
+        written = ((topics.cmd_vel, topics.cmd_vel_type), (lock, BOOL), (topics.goal, GOAL))
+        self._writers = {topic: link.writer(topic, kind, dialect) for topic, kind in written if topic}
         self._listen(
             link, LEARNING_TIMEOUT_S, lambda: not sensors.missing and (self._arrived or not self._fell_silent)
         )
@@ -194,19 +189,11 @@ class ZenohRobot(RosDevice):
 
     def _advertise_speeds(self, topics: RosTopics) -> None:
         if self._link is not None:
-            self._speeds = self._link.writer(topics.cmd_vel, topics.cmd_vel_type, self._dialect)
+            self._writers[topics.cmd_vel] = self._link.writer(topics.cmd_vel, topics.cmd_vel_type, self._dialect)
 
-    def _send_twist(self, twist: Twist) -> None:
-        if self._speeds is not None and self.topics is not None:
-            self._speeds.put(self.types.encode_twist(self.topics.cmd_vel_type, twist, self.topics.base_frame))
-
-    def _send_lock(self, closed: bool) -> None:
-        if self._lock is not None:
-            self._lock.put(self.types.encode_bool(closed))
-
-    def _send_goal(self, frame: str, goal: Pose) -> None:
-        if self._goals is not None:
-            self._goals.put(self.types.encode_goal(frame, goal.x, goal.y, goal.heading))
+    def _publish(self, topic: str, kind: str, content: Any) -> None:
+        if topic in self._writers:
+            self._writers[topic].put(self.types.encode(kind, content))
 
 
 def chosen_topics(endpoints: list[Endpoint], settings: RosSettings) -> RosTopics:
@@ -229,30 +216,22 @@ def parse_address(rest: str) -> ZenohAddress:
 
     Raises BadInput with a sentence.
     """
-    try:
-        parts = urlsplit(rest)
-        host, port = parts.hostname, parts.port
-        fields = dict(parse_qsl(parts.query, keep_blank_values=True, strict_parsing=bool(parts.query)))
-    except ValueError:
-        raise BadInput(
-            f"A robot's address on zenoh looks like //192.168.0.7:{DEFAULT_PORT}/robot1?domain=0."
-        ) from None
-    if not host or parts.username or parts.fragment:
-        raise BadInput(f"A robot's address on zenoh looks like //192.168.0.7:{DEFAULT_PORT}/robot1?domain=0.")
+    looks = f"A robot's address on zenoh looks like //192.168.0.7:{DEFAULT_PORT}/robot1?domain=0."
+    parts, fields = split_address(rest, looks)
+    if not parts.hostname or parts.username or parts.fragment:
+        raise BadInput(looks)
     space = parts.path.strip("/")
     if space:
         fields["namespace"] = f"/{space}"
     files = {name: _pem(name, fields.pop(name, "")) for name in ("ca", "cert", "key")}
     if bool(files["cert"]) != bool(files["key"]):
         raise BadInput("cert and key name two files that belong together; one of them is missing.")
-    secure = fields.pop("tls", "0").lower()
-    if secure not in ("0", "1", "true", "false"):
-        raise BadInput("tls is 1 (encrypted) or 0.")
+    secure = take_secure(fields)
     return ZenohAddress(
-        host=host,
-        port=DEFAULT_PORT if port is None else port,
+        host=parts.hostname,
+        port=DEFAULT_PORT if parts.port is None else parts.port,
         domain=_domain(fields.pop("domain", "0")),
-        secure=secure in ("1", "true"),
+        secure=secure,
         authority=files["ca"],
         certificate=files["cert"],
         key=files["key"],

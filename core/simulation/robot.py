@@ -34,7 +34,7 @@ from core.robots.requests import (
 )
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame
 from core.sentences import Statement, plain
-from core.simulation.actors.board_motion import BoardMotion
+from core.simulation.actors.board_holder import BoardMotion
 from core.simulation.actors.pedestrians import Pedestrians
 from core.simulation.actors.requests import BOARD, HOLDER, pose_asked_for, thing_asked_for
 from core.simulation.actors.speakers import Speakers

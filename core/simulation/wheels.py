@@ -1,7 +1,6 @@
 """The simulated wheels: encoders that slip and err, as the paper's and as perfect ones."""
 
 import math
-from typing import Protocol
 
 import numpy as np
 
@@ -9,18 +8,6 @@ from core.geometry import Pose, arc
 from core.sensors.wheels import Wheels
 
 SPEED_SD_M_S, STEER_SD_RAD = 0.2, math.radians(1.0)  # of eq. 43
-
-
-class SimulatedWheels(Protocol):
-    """Makes the reading out of what the base truly does."""
-
-    def roll(self, forward: float, turn: float) -> None:
-        """The base moved on along an arc: `forward` [m], `turn` [rad]."""
-        ...
-
-    def read(self, elapsed: float) -> Wheels:
-        """The reading, `elapsed` [s] after the former one."""
-        ...
 
 
 class PerfectWheels:
@@ -113,3 +100,6 @@ class PaperWheels:
         self._forward = self._turn = 0.0
         self._moved = False
         return Wheels(odometry=self._odometry, speed=speed, turn_rate=turn_rate)
+
+
+SimulatedWheels = PerfectWheels | EncoderWheels | PaperWheels

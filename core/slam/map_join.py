@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
+from msgspec import structs
 
 from core.errors import BadInput
 from core.geometry import Pose, wrap
@@ -236,24 +237,17 @@ def _together(older: SavedMap, newer: SavedMap, match: MapMatch) -> SavedMap:
             if number.isdigit():
                 arrays[f"{name}_{int(number) + first}"] = array
     behind = len(older.facts.closures)
-    closures = [*older.facts.closures, *(_shifted(closure, behind, rooms) for closure in newer.facts.closures)]
+    closures = [
+        *older.facts.closures,
+        *(
+            structs.replace(one, id=one.id + behind, older=one.older + rooms, newer=one.newer + rooms)
+            for one in newer.facts.closures
+        ),
+    ]
     closures += _link(arrays, match, (views, rooms), len(closures))
     landmarks = [*older.facts.landmarks, *newer.facts.landmarks]
     facts = MapFacts(older.facts.form, older.facts.resolution_m, landmarks, closures)
     return SavedMap(arrays=arrays, facts=facts)
-
-
-def _shifted(closure: SavedClosure, closures: int, rooms: int) -> SavedClosure:
-    """A closure of the newer map behind so many of the older one."""
-    return SavedClosure(
-        closure.id + closures,
-        closure.older + rooms,
-        closure.newer + rooms,
-        closure.next_door,
-        closure.state,
-        closure.accepted,
-        closure.shown,
-    )
 
 
 def _link(arrays: dict[str, Array], match: MapMatch, behind: tuple[int, int], count: int) -> list[SavedClosure]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from core.geometry import Pose, rotation, wrap
+from core.geometry import Pose, turned_covariance, wrap
 from core.message import Array
 from core.perception.landmarks.frame_perception import Beams
 from core.sensors import Laser
@@ -137,9 +137,7 @@ class SubmapManager:
         nearest = int(np.argmin(np.hypot(places[:, 0] - pose.x, places[:, 1] - pose.y)))
         submap = self._graph.submaps[views[nearest].submap]
         back = self._graph.world_from(submap.id).inverse()
-        onto = np.eye(3)
-        onto[:2, :2] = rotation(back.heading)
-        self._enter(submap, back @ pose, onto @ covariance @ onto.T)
+        self._enter(submap, back @ pose, turned_covariance(covariance, back.heading))
         self._driven = None
 
     def points_around(self) -> list[Array]:
@@ -214,9 +212,7 @@ class SubmapManager:
         """Return the edge from the active submap's anchor to the robot, by the filter; its node is the next view."""
         settings, anchor, inner = self._parts.floor, self.active.anchor, self.active.estimate
         floor = np.diag([settings.tie_sd**2, settings.tie_sd**2, settings.tie_heading_sd**2])
-        onto = np.eye(3)
-        onto[:2, :2] = rotation(-anchor.local.heading)
-        covariance = onto @ inner.covariance @ onto.T + floor
+        covariance = turned_covariance(inner.covariance, -anchor.local.heading) + floor
         return GraphEdge(anchor.id, len(self._graph.views), anchor.local.inverse() @ inner.pose, covariance)
 
     def _enter(self, submap: Submap, local: Pose, covariance: Array) -> None:
@@ -253,7 +249,5 @@ class SubmapManager:
         match = match_scan(seen, points, guess, settings.return_reach, settings.return_angle)
         if match.score < settings.return_score:
             return None
-        onto = np.eye(3)
-        onto[:2, :2] = rotation(match.pose.heading)
         own = spread(seen, points, match.pose, self._parts.matching)
-        return submap, match.pose, onto @ own @ onto.T
+        return submap, match.pose, turned_covariance(own, match.pose.heading)

@@ -27,12 +27,12 @@ from core.robots.foxglove import MESSAGE_HEAD, FoxgloveRobot
 from core.robots.live import DeviceLink
 from core.robots.readings import Readings
 from core.robots.ros.socket_link import parse_address
-from core.robots.ros.topics import COMPRESSED_IMAGE, LASER_SCAN, ODOMETRY
+from core.robots.ros.topics import COMPRESSED, LASER_SCAN, ODOMETRY
 from core.sensors import Scan, Wheels
 from tests.emulators.ros_messages import RosMessageMaker
 
 RATES = {"/scan": 10, "/image/compressed": 15, "/odom": 40}  # [Hz]
-TYPES = {"/scan": LASER_SCAN, "/image/compressed": COMPRESSED_IMAGE, "/odom": ODOMETRY}
+TYPES = {"/scan": LASER_SCAN, "/image/compressed": COMPRESSED, "/odom": ODOMETRY}
 PICTURE = 12_000  # [bytes]
 STEP = 1 / 120  # [s], of which all periods are multiples
 SETTLING = 3.0  # [s] after all are connected
@@ -46,7 +46,7 @@ def picture(maker: RosMessageMaker) -> bytes:
         quality: cv2.imencode(".jpg", noise, [cv2.IMWRITE_JPEG_QUALITY, quality])[1] for quality in range(40, 96)
     }
     jpeg = min(sizes.values(), key=lambda one: abs(len(one) - PICTURE))
-    return maker.encode(COMPRESSED_IMAGE, header=maker.header(0.0, "camera"), format="jpeg", data=jpeg.ravel())
+    return maker.encode(COMPRESSED, header=maker.header(0.0, "camera"), format="jpeg", data=jpeg.ravel())
 
 
 def send(robots: int, line: Connection) -> None:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from core.recording.ros_sound import RAW_AUDIO
-from core.robots.ros.topics import BATTERY, CAMERA_INFO, COMPRESSED_IMAGE, LASER_SCAN, ODOMETRY
+from core.robots.ros.topics import BATTERY, CAMERA_INFO, COMPRESSED, LASER_SCAN, ODOMETRY
 from core.robots.ros.typestore import BOOL, GOAL, STRING, TF, TWIST, TWIST_STAMPED
 from core.sensors import Wheels
 from tests.emulators.by_hand import serve
@@ -23,7 +23,7 @@ from tests.emulators.world import World
 TOPICS = {
     "/scan": LASER_SCAN,
     "/odom": ODOMETRY,
-    "/camera/image/compressed": COMPRESSED_IMAGE,
+    "/camera/image/compressed": COMPRESSED,
     "/camera/camera_info": CAMERA_INFO,
     "/microphones": RAW_AUDIO,
     "/battery_state": BATTERY,

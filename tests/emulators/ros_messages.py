@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from core.geometry import Pose, Transform
 from core.message import Array
 from core.recording.ros_sound import RAW_AUDIO, with_sound
-from core.robots.ros.topics import BATTERY, CAMERA_INFO, COMPRESSED_IMAGE, LASER_SCAN, ODOMETRY
+from core.robots.ros.topics import BATTERY, CAMERA_INFO, COMPRESSED, LASER_SCAN, ODOMETRY
 from core.robots.ros.typestore import OTHERS, PARAMETER_NAMES, PARAMETER_VALUES, STRING, TF
 from core.sensors import Image, Scan, Sound, Wheels
 from core.simulation.robot import SimulatedRobot
@@ -114,7 +114,7 @@ class RosMessageMaker:
     def image(self, image: Image) -> bytes:
         jpeg = cv2.imencode(".jpg", image.pixels, [cv2.IMWRITE_JPEG_QUALITY, 90])[1]
         header = self.header(image.stamp, "camera_optical_frame")
-        return self.encode(COMPRESSED_IMAGE, header=header, format="jpeg", data=jpeg.ravel())
+        return self.encode(COMPRESSED, header=header, format="jpeg", data=jpeg.ravel())
 
     def camera_info(self, stamp: float) -> bytes:
         assert PROFILE.camera is not None

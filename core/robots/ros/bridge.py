@@ -14,23 +14,24 @@ import numpy as np
 from core.calibration.files import pictures
 from core.errors import BadInput
 from core.gate import ZERO, Twist
-from core.geometry import OPTICAL, Pose, Transform, arc
+from core.geometry import Pose, Transform, arc
 from core.message import Array
 from core.optics import CameraModel
 from core.recording.odometry_track import heading_of
 from core.recording.read_report import BadRecord
-from core.recording.ros import seconds_of, stamp_of, turned_over
+from core.recording.ros import stamp_of, turned_over
 from core.recording.ros_frames import FrameTree, flat
 from core.recording.ros_pictures import FOCAL_WIDTHS, camera_model, raw_pixels
-from core.recording.ros_sound import AUDIO_STAMPED, RAW_AUDIO, SampleForm, is_packed_sound, raw_audio
+from core.recording.ros_sound import SampleForm, is_packed_sound, sound_in
 from core.recording.scans import make_scan
 from core.robots.device import Base, Equipment
 from core.robots.device_clock import DeviceClock
 from core.robots.findings import ClockOffset, Findings
 from core.robots.readings import Readings
+from core.robots.robot_file import optical_mounting
 from core.robots.ros.findings import Traffic, roles_of
 from core.robots.ros.navigation import RosNavigation, SendGoalMessage
-from core.robots.ros.topics import COMPRESSED_IMAGE, RosSettings, RosTopics
+from core.robots.ros.topics import COMPRESSED, RosSettings, RosTopics
 from core.robots.ros.typestore import RobotTypes
 from core.robots.urdf import Body, parse_body
 from core.sensors import Camera, Fault, Image, Laser, Scan, Sound
@@ -360,7 +361,7 @@ class RosSensors:
             return None
 
     def _pixels(self, topic: str, content: Any) -> Array:
-        if self.topics.types[topic] == COMPRESSED_IMAGE:
+        if self.topics.types[topic] == COMPRESSED:
             return pictures.decode(bytes(content.data), cv2.IMREAD_COLOR)[0]
         return raw_pixels(content)
 
@@ -373,15 +374,10 @@ class RosSensors:
             self._readings.battery(share if share <= 1 else share / 100)  # some drivers say per cent
 
     def _take_sound(self, topic: str, content: Any, received: float) -> None:
-        kind, form, own = self.topics.types[topic], SampleForm(), 0.0
-        if kind == RAW_AUDIO:
-            form, packed = raw_audio(content)
-            own = seconds_of(content.timestamp)
-        else:
-            packed = bytes((content.audio if kind == AUDIO_STAMPED else content).data)
-            own = stamp_of(content.header) if kind == AUDIO_STAMPED else own
-        if kind != RAW_AUDIO and is_packed_sound(packed):
+        said, packed, own = sound_in(content, self.topics.types[topic])
+        if said is None and is_packed_sound(packed):
             raise BadRecord("its sound is compressed")
+        form = said or SampleForm()
         samples = form.samples_of(packed)
         stamp = self._clocks.stamp(topic, own, received)
         if abs(stamp - self._sound_end) < SOUND_GAP:
@@ -433,7 +429,8 @@ class RosSensors:
             self.notices.append(f"The robot does not say where {frame or self.topics.image} is mounted.")
             return Camera(model=model, rate=None)
         self._placed.add(Camera.name)
-        return Camera(model=model, mounting=_optical(found, frame), rate=None)
+        mounting = found if "optical" in frame else optical_mounting(found)
+        return Camera(model=model, mounting=mounting, rate=None)
 
 
 def _no_goal(frame: str, goal: Pose) -> None:
@@ -443,13 +440,6 @@ def _no_goal(frame: str, goal: Pose) -> None:
 def laser_name(topic: str, topics: RosTopics) -> str:
     """Name of a laser on this robot: "laser" where it is the only one, else by its topic, "front_scan"."""
     return "laser" if len(topics.scans) == 1 else topic.strip("/").replace("/", "_")
-
-
-def _optical(robot_from_frame: Transform, frame: str) -> Transform:
-    """The camera's mounting; where a driver names the camera's body instead of its optical frame, turned into it."""
-    body = "optical" not in frame and robot_from_frame.rotation[2, 2] > 0.7
-    turn = Transform(rotation=OPTICAL if body else np.eye(3), translation=np.zeros(3))
-    return robot_from_frame @ turn
 
 
 def _laser_of(scan: Scan, period: float) -> Laser:

@@ -3,10 +3,8 @@
 import threading
 import time
 from collections import deque
-from collections.abc import Mapping
 from typing import Any, get_args
 
-from core.message import message
 from core.robots.findings import CandidateTopic, Role, TopicRole, UsedTopic
 from core.robots.ros.topics import MOST_SCANS, NOTHING, RosSettings, RosTopics
 from core.robots.ros.typestore import TF
@@ -70,50 +68,24 @@ class Traffic:
         )
 
 
-@message
-class RoleChoice:
-    """The topics of a role, as they were chosen."""
-
-    role: Role
-    topics: tuple[str, ...]
-    switched_off: bool  # by the settings
-
-
 def roles_of(topics: RosTopics, settings: RosSettings, traffic: Traffic) -> tuple[TopicRole, ...]:
     """Every role with the topics that have it, what comes on them, and all that could have it."""
+    return tuple(_role(role, topics, settings, traffic) for role in get_args(Role))
+
+
+def _role(role: Role, topics: RosTopics, settings: RosSettings, traffic: Traffic) -> TopicRole:
     types = {**topics.types, topics.cmd_vel: topics.cmd_vel_type}
-    return tuple(_role(_choice(role, topics, settings), topics, types, traffic) for role in get_args(Role))
-
-
-def _choice(role: Role, topics: RosTopics, settings: RosSettings) -> RoleChoice:
-    chosen: str | tuple[str, ...] = topics.scans if role == "scan" else getattr(topics, role)
-    said = getattr(settings, role, "")
-    return RoleChoice(
-        role=role, topics=(chosen,) if isinstance(chosen, str) else chosen, switched_off=said in (NOTHING, (NOTHING,))
-    )
-
-
-def _role(choice: RoleChoice, topics: RosTopics, types: Mapping[str, str], traffic: Traffic) -> TopicRole:
-    guessed = topics.guessed and choice.role == "cmd_vel"
-    used = tuple(traffic.used(topic, types.get(topic, ""), guessed=guessed) for topic in choice.topics if topic)
-    found = [CandidateTopic(topic=topic, type=kind) for topic, kind in topics.candidates.get(choice.role, ())]
-    if choice.role == "frames":
+    chosen = topics.scans if role == "scan" else (getattr(topics, role),)
+    guessed = topics.guessed and role == "cmd_vel"
+    used = tuple(traffic.used(topic, types.get(topic, ""), guessed=guessed) for topic in chosen if topic)
+    found = [CandidateTopic(topic=topic, type=kind) for topic, kind in topics.candidates.get(role, ())]
+    if role == "frames":
         found = [CandidateTopic(topic=one.topic, type=TF) for one in used]
     known = {one.topic for one in found}
     found += [CandidateTopic(topic=one.topic, type=one.type) for one in used if one.topic not in known]
-    remark = (
-        ""
-        if used
-        else f"{NAMES[choice.role]} is not used, as it was chosen."
-        if choice.switched_off
-        else MISSING.get(choice.role, "")
-    )
-    if choice.role == "camera_info" and not topics.image:
-        remark = ""
-    return TopicRole(
-        role=choice.role,
-        used=used,
-        candidates=tuple(found),
-        most=MOST_SCANS if choice.role == "scan" else 1,
-        remark=remark,
-    )
+    remark = ""
+    if not used and (role != "camera_info" or topics.image):
+        switched_off = getattr(settings, role, "") in (NOTHING, (NOTHING,))
+        remark = f"{NAMES[role]} is not used, as it was chosen." if switched_off else MISSING.get(role, "")
+    most = MOST_SCANS if role == "scan" else 1
+    return TopicRole(role=role, used=used, candidates=tuple(found), most=most, remark=remark)

@@ -170,10 +170,6 @@ class RosNavigation:
             except OSError:
                 return  # the link is lost: it is owed until that is back
 
-    def restart(self) -> None:
-        """The link is up again: a goal that was under way when it was lost is cancelled."""
-        self.cancel()
-
     def _map_from_robot(self) -> tuple[float, Pose] | None:
         """When [s] and where on its map; by the odometry since it was last said."""
         if self._map_from_odometry is not None and self._here is not None:

@@ -3,8 +3,9 @@
 import contextlib
 import time
 from abc import abstractmethod
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import cast
+from typing import Any, cast
 
 from msgspec.structs import replace as replace_struct
 
@@ -28,10 +29,22 @@ from core.robots.requests import (
 from core.robots.ros.bridge import RosSensors, UnmovedBase, VelocityCommands
 from core.robots.ros.navigation import RosNavigation
 from core.robots.ros.topics import NOTHING, RosSettings, RosTopics
-from core.robots.ros.typestore import TWIST, TWIST_STAMPED, RobotTypes
+from core.robots.ros.typestore import BOOL, GOAL, TWIST, TWIST_STAMPED, RobotTypes
 from core.sensors.checks import Fault, fault
 
+TIMEOUT = "cmd_vel_timeout"  # parameter of the robot's controller: after how long a silence the base stops
+LONGEST_TIMEOUT = 60.0  # [s]
 SENT_AS: dict[SpeedsType, str] = {"Twist": TWIST, "TwistStamped": TWIST_STAMPED}
+
+
+def stopping(values: Iterable[object]) -> float | None:
+    """Values of `cmd_vel_timeout` [s] → the worst of them: 0, which is never, else the longest; None: no value."""
+    usable = [
+        float(value)
+        for value in values
+        if isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value < LONGEST_TIMEOUT
+    ]
+    return 0.0 if 0.0 in usable else max(usable, default=None)
 
 
 class RosDevice(Device):
@@ -142,7 +155,7 @@ class RosDevice(Device):
     def _restart(self) -> None:
         """The link is up again: what moved when it was lost is to stand first."""
         if self._navigation is not None:
-            self._navigation.restart()
+            self._navigation.cancel()
         self._commands.let_drive(False)
         self._commands.restart()
 
@@ -158,13 +171,18 @@ class RosDevice(Device):
         """Say that speeds will come as another type. Raises OSError when the link is lost."""
 
     @abstractmethod
+    def _publish(self, topic: str, kind: str, content: Any) -> None:
+        """Send a message of this type, where the link is up to the topic. Raises OSError when it is lost."""
+
     def _send_twist(self, twist: Twist) -> None:
-        """Send speeds. Raises OSError when the link is lost."""
+        if self.topics is not None:
+            kind = self.topics.cmd_vel_type
+            self._publish(self.topics.cmd_vel, kind, self.types.speeds(kind, twist, self.topics.base_frame))
 
-    @abstractmethod
     def _send_lock(self, closed: bool) -> None:
-        """Send the lock of the robot's twist_mux. Raises OSError when the link is lost."""
+        if self.topics is not None and self.topics.lock:
+            self._publish(self.topics.lock, BOOL, self.types.flag(closed))
 
-    @abstractmethod
     def _send_goal(self, frame: str, goal: Pose) -> None:
-        """Send a goal for the robot's own navigation. Raises OSError when the link is lost."""
+        if self.topics is not None:
+            self._publish(self.topics.goal, GOAL, self.types.goal(frame, goal))

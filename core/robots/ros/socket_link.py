@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qsl, urlsplit
+from urllib.parse import SplitResult, parse_qsl, urlsplit
 
 from core.errors import BadInput, Unavailable
 from core.message import message
@@ -59,26 +59,37 @@ def parse_address(rest: str, port: int, options: Sequence[str] = ()) -> RosAddre
 
     `options` are the further keys that this kind of link knows. Raises BadInput with a sentence.
     """
-    try:
-        parts = urlsplit(rest)
-        host, number = parts.hostname, parts.port
-        fields = dict(parse_qsl(parts.query, keep_blank_values=True, strict_parsing=bool(parts.query)))
-    except ValueError:
-        raise BadInput(f"A ROS robot's address looks like //192.168.0.7:{port}; this one cannot be read.") from None
-    if not host or parts.path not in ("", "/") or parts.username or parts.fragment:
-        raise BadInput(f"A ROS robot's address looks like //192.168.0.7:{port}, with options after a question mark.")
-    secure = fields.pop("tls", "0").lower()
-    if secure not in ("0", "1", "true", "false"):
-        raise BadInput("tls is 1 (encrypted) or 0.")
+    looks = f"A ROS robot's address looks like //192.168.0.7:{port}"
+    parts, fields = split_address(rest, f"{looks}; this one cannot be read.")
+    if not parts.hostname or parts.path not in ("", "/") or parts.username or parts.fragment:
+        raise BadInput(f"{looks}, with options after a question mark.")
     return RosAddress(
-        host=host,
-        port=port if number is None else number,
-        secure=secure in ("1", "true"),
+        host=parts.hostname,
+        port=port if parts.port is None else parts.port,
+        secure=take_secure(fields),
         authority=fields.pop("ca", ""),
         certified=fields.pop("tls_name", ""),
         options={key: fields.pop(key) for key in options if key in fields},
         settings=RosSettings.of(fields),
     )
+
+
+def split_address(rest: str, looks: str) -> tuple[SplitResult, dict[str, str]]:
+    """What follows a robot's scheme → its parts, and its options. Raises BadInput with the sentence `looks`."""
+    try:
+        parts = urlsplit(rest)
+        _ = parts.port  # which is a number, or none
+        return parts, dict(parse_qsl(parts.query, keep_blank_values=True, strict_parsing=bool(parts.query)))
+    except ValueError:
+        raise BadInput(looks) from None
+
+
+def take_secure(fields: dict[str, str]) -> bool:
+    """Take the option `tls` out of a robot's. Raises BadInput."""
+    secure = fields.pop("tls", "0").lower()
+    if secure not in ("0", "1", "true", "false"):
+        raise BadInput("tls is 1 (encrypted) or 0.")
+    return secure in ("1", "true")
 
 
 class RosSocket(RosDevice):

@@ -10,24 +10,19 @@ from typing import Any
 from core.errors import BadInput, Unavailable
 from core.message import message
 from core.recording.robot_names import OTHER_ODOMETRY, robot_of, robots_in
-from core.recording.ros import ros2_name
+from core.recording.ros import LASER_SCAN, ODOMETRY, TF, ros2_name
+from core.recording.ros_pictures import CAMERA_INFO, COMPRESSED, IMAGE
 from core.recording.ros_sound import AUDIO_DATA, AUDIO_STAMPED, RAW_AUDIO
-from core.robots.ros.typestore import GOAL, STRING, TF, TWIST, TWIST_STAMPED
+from core.robots.ros.typestore import GOAL, STRING, TWIST, TWIST_STAMPED
 from core.sensors.microphones import load_array
 
-LASER_SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
-COMPRESSED_IMAGE, IMAGE, CAMERA_INFO = (
-    "sensor_msgs/msg/CompressedImage",
-    "sensor_msgs/msg/Image",
-    "sensor_msgs/msg/CameraInfo",
-)
 BATTERY = "sensor_msgs/msg/BatteryState"
 GRID, POSE = "nav_msgs/msg/OccupancyGrid", "geometry_msgs/msg/PoseWithCovarianceStamped"
 
 TYPES = {
     "scan": (LASER_SCAN,),
     "odometry": (ODOMETRY,),
-    "image": (COMPRESSED_IMAGE, IMAGE),
+    "image": (COMPRESSED, IMAGE),
     "camera_info": (CAMERA_INFO,),
     "sound": (RAW_AUDIO, AUDIO_STAMPED, AUDIO_DATA),
     "battery": (BATTERY,),

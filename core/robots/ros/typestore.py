@@ -1,7 +1,6 @@
 """The message types of one robot: what it advertises, else the types of ROS 2 Humble, or of ROS 1 Noetic."""
 
 import functools
-import math
 from collections import Counter
 from typing import Any, Literal
 
@@ -9,6 +8,8 @@ from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_
 from rosbags.typesys.store import Typestore
 
 from core.gate import Twist
+from core.geometry import Pose
+from core.recording.ros import TF, RosParts
 from core.recording.ros_sound import with_sound
 
 RosEncoding = Literal["cdr", "ros1"]
@@ -17,7 +18,6 @@ TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStampe
 GOAL = "geometry_msgs/msg/PoseStamped"
 BOOL = "std_msgs/msg/Bool"
 STRING = "std_msgs/msg/String"
-TF = "tf2_msgs/msg/TFMessage"
 PARAMETER_NAMES = "rcl_interfaces/msg/ParameterNames"  # not of ROS: the request of GetParameters,
 PARAMETER_VALUES = "rcl_interfaces/msg/ParameterValues"  # and its answer
 LARGEST_DEFINITION = 1_000_000  # [characters] of a type's text; real ones have some thousand
@@ -48,6 +48,7 @@ class RobotTypes:
         self.skipped: dict[str, str] = {}  # type → why it is not known
         self.errors: Counter[str] = Counter()  # topic → messages that could not be decoded
         self._store = get_typestore(Stores.EMPTY)
+        self._parts = RosParts(self._store, ros1=encoding == "ros1")
 
     def register(self, name: str, text: str, form: str = "ros2msg") -> bool:
         """Take in a type "sensor_msgs/msg/LaserScan" with all that it is made of → whether it is known now.
@@ -99,43 +100,28 @@ class RobotTypes:
             return bytes(self._store.serialize_ros1(content, name))
         return bytes(self._store.serialize_cdr(content, name))
 
-    def encode_twist(self, name: str, twist: Twist, frame: str = "") -> bytes:
+    def speeds(self, name: str, twist: Twist, frame: str = "") -> Any:
         """Speeds as a Twist or a TwistStamped. Its stamp is 0, which controllers replace by their own time."""
         self.borrow(name)
-        make = self._store.types
-        vector = make["geometry_msgs/msg/Vector3"]
-        content = make[TWIST](linear=vector(x=twist.v, y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=twist.w))
-        if name == TWIST_STAMPED:
-            content = make[TWIST_STAMPED](header=self._header(frame), twist=content)
-        return self.encode(name, content)
+        content = self._parts.twist(twist.v, twist.w)
+        if name == TWIST:
+            return content
+        return self._parts.make(name, header=self._parts.header(0.0, frame), twist=content)
 
-    def encode_goal(self, frame: str, x: float, y: float, heading: float) -> bytes:
+    def goal(self, frame: str, goal: Pose) -> Any:
         """A PoseStamped [m], [rad] in that frame, with the stamp 0."""
         self.borrow(GOAL)
-        make = self._store.types
-        pose = make["geometry_msgs/msg/Pose"](
-            position=make["geometry_msgs/msg/Point"](x=x, y=y, z=0.0),
-            orientation=make["geometry_msgs/msg/Quaternion"](
-                x=0.0, y=0.0, z=math.sin(heading / 2), w=math.cos(heading / 2)
-            ),
-        )
-        return self.encode(GOAL, make[GOAL](header=self._header(frame), pose=pose))
+        return self._parts.make(GOAL, header=self._parts.header(0.0, frame), pose=self._parts.planar(goal))
 
-    def _header(self, frame: str) -> Any:
-        make = self._store.types
-        stamp = make["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
-        more = {"seq": 0} if self.encoding == "ros1" else {}
-        return make["std_msgs/msg/Header"](stamp=stamp, frame_id=frame, **more)
-
-    def encode_bool(self, value: bool) -> bytes:
+    def flag(self, value: bool) -> Any:
         """A std_msgs/Bool."""
         self.borrow(BOOL)
-        return self.encode(BOOL, self._store.types[BOOL](data=value))
+        return self._parts.make(BOOL, data=value)
 
     def encode_names(self, names: list[str]) -> bytes:
         """The request of GetParameters."""
         self.borrow(PARAMETER_NAMES)
-        return self.encode(PARAMETER_NAMES, self._store.types[PARAMETER_NAMES](names=names))
+        return self.encode(PARAMETER_NAMES, self._parts.make(PARAMETER_NAMES, names=names))
 
     def definition(self, name: str) -> str:
         """The text of a type with all that it is made of; "" where it is not known."""

@@ -1,15 +1,18 @@
-"""Requests to hold up a chessboard in the simulated room, and the person who holds it, checked."""
+"""A chessboard that is held up in the simulated room and moved smoothly, and the person who holds it."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+import cv2
+import msgspec
 import numpy as np
 
 from core.calibration.board.board import Board
 from core.errors import BadInput
-from core.geometry import Pose, Transform
+from core.geometry import Pose, Transform, wrap
 from core.message import Array
+from core.robots import Profile
 from core.robots.requests import PlaceBoard, PlacedBoard, finite
 from core.sensors import Camera
 from core.simulation.actors.requests import BOARD, HOLDER
@@ -182,3 +185,86 @@ def _holder(board: HeldBoard, world: World, robot: Pose, radius: float, former: 
             pose = Pose(float(x), float(y), math.atan2(robot.y - y, robot.x - x))
             return Thing(id=HOLDER, what="person", pose=pose, length=length, depth=depth, height=height)
     raise BadInput("Nobody can stand behind the board there; choose a place with room behind it.")
+
+
+@dataclass(frozen=True)
+class BoardTrajectory:
+    """From `start` at time `begun` [s] to `end`, `seconds` later."""
+
+    start: HeldBoardRequest
+    end: HeldBoardRequest
+    begun: float
+    seconds: float
+
+    def over(self, stamp: float) -> bool:
+        """Return whether the board has arrived at `stamp` [s]."""
+        return stamp >= self.begun + self.seconds
+
+    def at(self, stamp: float) -> HeldBoardRequest:
+        """Return the board and its holder at `stamp` [s]."""
+        share = (stamp - self.begun) / self.seconds if self.seconds > 0 else 1.0
+        if share >= 1:
+            return self.end
+        gone = smooth(max(share, 0.0))
+        return HeldBoardRequest(
+            _board_between(self.start.board, self.end.board, gone), _holder_between(self.start, self.end, gone)
+        )
+
+
+def smooth(share: float) -> float:
+    """Share of the time (0..1) → share of the way, without a jerk at either end (least-jerk polynomial)."""
+    return share**3 * (10 - 15 * share + 6 * share**2)
+
+
+def _board_between(start: HeldBoard, end: HeldBoard, gone: float) -> HeldBoard:
+    """The middle goes straight while the board turns about one axis."""
+    turn, _ = cv2.Rodrigues(end.pose.rotation @ start.pose.rotation.T)
+    rotation = cv2.Rodrigues(gone * turn)[0] @ start.pose.rotation
+    place = start.place + gone * (end.place - start.place)
+    return replace(end, pose=Transform(rotation=rotation, translation=place - rotation @ end.middle))
+
+
+def _holder_between(start: HeldBoardRequest, end: HeldBoardRequest, gone: float) -> Thing | None:
+    if start.holder is None or end.holder is None:
+        return end.holder
+    a, b = start.holder.pose, end.holder.pose
+    heading = wrap(a.heading + gone * wrap(b.heading - a.heading))
+    return replace(end.holder, pose=Pose(a.x + gone * (b.x - a.x), a.y + gone * (b.y - a.y), heading))
+
+
+class BoardMotion:
+    """The board's place at every instant, if there is a board. Owned by the simulated robot."""
+
+    def __init__(self, profile: Profile) -> None:
+        self._profile = profile
+        self._trajectory: BoardTrajectory | None = None
+
+    def hold(self, request: PlaceBoard, world: World, robot: Pose, now: float) -> PlacedBoard:
+        """Begin the request at `now` [s] → what is held, and how long the way takes.
+
+        A board that was not there before is in its place at once. BadInput says what is wrong.
+        """
+        seconds = seconds_asked_for(request)
+        wanted = holding_asked_for(request, world, robot, self._profile.radius, self._profile.camera)
+        start = None if self._trajectory is None else self._trajectory.at(now)
+        self._trajectory = BoardTrajectory(start or wanted, wanted, now, seconds if start else 0.0)
+        return msgspec.structs.replace(wanted.described, seconds=self._trajectory.seconds)
+
+    def put_down(self, name: str) -> None:
+        """Take the board away. BadInput when there is none, or only its holder is named."""
+        if self._trajectory is None:
+            raise BadInput("There is no chessboard in the room.")
+        if name == HOLDER:
+            raise BadInput(f"The board's holder goes with it; remove the id {BOARD}.")
+        self._trajectory = None
+
+    def in_world(self, world: World, stamp: float) -> World:
+        """The world as it is at `stamp` [s]: the same object while nothing moves."""
+        if self._trajectory is None:
+            return world if world.board is None else world_without(world)
+        holding = self._trajectory.at(stamp)
+        return world if world.board is holding.board else holding.put(world)
+
+    def described(self, stamp: float) -> list[PlacedBoard]:
+        """The board as the list of things has it, if there is one."""
+        return [] if self._trajectory is None else [self._trajectory.at(stamp).described]

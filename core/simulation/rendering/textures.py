@@ -1,7 +1,7 @@
 """The textures of one world, painted once: its walls in one image, its floor and ceiling, its furniture."""
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import cv2
@@ -183,8 +183,8 @@ def _concrete(sheet: TextureCanvas) -> None:
     sheet.fill(0, 0.9, sheet.width, 0.93, (40, 150, 220))
 
 
-def _steel(sheet: TextureCanvas) -> None:
-    sheet.pixels[:] = (150, 146, 142)
+def _plain(sheet: TextureCanvas, colour: Colour) -> None:
+    sheet.pixels[:] = colour
 
 
 def _bin(sheet: TextureCanvas) -> None:
@@ -193,24 +193,16 @@ def _bin(sheet: TextureCanvas) -> None:
         sheet.fill(0, z, sheet.width, z + 0.03, (168, 120, 76))
 
 
-def _wood(sheet: TextureCanvas) -> None:
-    sheet.pixels[:] = (118, 158, 194)
-
-
-def _seat(sheet: TextureCanvas) -> None:
-    sheet.pixels[:] = (58, 54, 150)
-
-
 FURNITURE: dict[str, Callable[[TextureCanvas], None]] = {
     "cabinet": _cabinet,
     "shelf": _shelf,
     "box": _cardboard,
     "column": _concrete,
     "pillar": _concrete,
-    "steel": _steel,
+    "steel": partial(_plain, colour=(150, 146, 142)),
     "bin": _bin,
-    "wood": _wood,
-    "seat": _seat,
+    "wood": partial(_plain, colour=(118, 158, 194)),
+    "seat": partial(_plain, colour=(58, 54, 150)),
 }
 
 

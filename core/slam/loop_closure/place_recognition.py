@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.geometry import Pose, rotation
+from core.geometry import Pose, turned_covariance
 from core.message import Array
 from core.slam.map.closure import ClosureSettings, Constraint
 from core.slam.map.keyframe import Keyframe
@@ -63,9 +63,7 @@ def recognise(
         return None
     own = spread(place.field, view.points, best.pose, matching)
     own = own + np.diag([settings.place_sd**2, settings.place_sd**2, settings.heading_sd**2])
-    onto = np.eye(3)
-    onto[:2, :2] = rotation(best.pose.heading)
-    covariance = onto @ own @ onto.T
+    covariance = turned_covariance(own, best.pose.heading)
     covariance[:2, :2] += elsewhere
     return Constraint(place.base.id, view.id, best.pose, covariance, best.score, stamp)
 

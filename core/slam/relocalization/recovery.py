@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.geometry import Pose, rotation, wrap
+from core.geometry import Pose, turned_covariance, wrap
 from core.message import Array
 from core.sentences import Statement
 from core.slam.map.occupancy import OccupancyGrid
@@ -244,9 +244,7 @@ class Recovery:
             unknown=np.array([1.0, 1.0, 0.5]),
             floor=np.array([MIN_PLACE_SD_M, MIN_PLACE_SD_M, MIN_HEADING_SD_RAD]),
         )
-        onto = np.eye(3)
-        onto[:2, :2] = rotation(fit.pose.heading)
         now = view.odometry if self._odometry is None else self._odometry
         pose = fit.pose @ (view.odometry.inverse() @ now)
         self.turn = 0.0
-        return RecoveredPose(pose, onto @ own @ onto.T, fit.score, words)
+        return RecoveredPose(pose, turned_covariance(own, fit.pose.heading), fit.score, words)

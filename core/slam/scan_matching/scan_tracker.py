@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from core.geometry import Pose, rotation, wrap
+from core.geometry import Pose, turned_covariance, wrap
 from core.message import Array
 from core.slam.map.keyframe import thinned
 from core.slam.motion import Increment
@@ -93,9 +93,7 @@ class ScanTracker:
         Where the walls leave the place open the wheels' word stands (degeneracy; Zhang, Kaess and Singh, ICRA 2016),
         and it is as sure as they claim, unless scans have shown elsewhere that it is not.
         """
-        onto = np.eye(3)
-        onto[:2, :2] = rotation(seen.heading)
-        found = onto @ own @ onto.T
+        found = turned_covariance(own, seen.heading)
         error = seen.vector - wheels.pose.vector
         error[2] = wrap(float(error[2]))
         values, axes = np.linalg.eigh(found)

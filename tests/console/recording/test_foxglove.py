@@ -14,7 +14,8 @@ from websockets.sync.client import ClientConnection, connect
 from console.options import Options, check
 from core.errors import BadInput, Unavailable
 from core.recording import foxglove_server
-from core.recording.ros_writing import RosEncoder, typestore
+from core.recording.ros import typestore
+from core.recording.ros_writing import RosEncoder
 from tests.console.live import Live
 
 PATIENCE_S = 60.0

@@ -26,9 +26,10 @@ from core.errors import Refused, Unwritable
 from core.geometry import Pose, wrap
 from core.pipelines.slam import slam_log
 from core.recording import mcap_writing, open_log
-from core.recording.drive import DriveRecording, decoded
+from core.recording.drive import DriveRecording
 from core.recording.frame_record import WHOLE_MAP
 from core.recording.mcap_recovery import recovered
+from core.recording.ros import decode
 from core.robots import Profile
 from core.robots.connect import connect
 from core.sensors import SensorFrame, Wheels
@@ -100,7 +101,7 @@ def test_its_readings_are_those_that_came_and_it_plays_as_a_log(recorded: tuple[
     assert log.report.faults == ()
     held = DriveRecording(path).latest(WHOLE_MAP, 1.0)
     assert held is not None
-    assert SavedMap.from_bytes(decoded(held).data.tobytes(), "of the turn").submaps >= 1
+    assert SavedMap.from_bytes(decode(held, held.kind).data.tobytes(), "of the turn").submaps >= 1
 
 
 @pytest.mark.campaign

@@ -6,24 +6,28 @@ import pytest
 
 from core.gate import Twist
 from core.recording.ros_sound import RAW_AUDIO
-from core.robots.ros.typestore import TWIST, TWIST_STAMPED, RobotTypes
+from core.robots.ros.typestore import BOOL, TWIST, TWIST_STAMPED, RobotTypes
 
 HEADER = bytes.fromhex("00010000")
 SPEEDS = bytes.fromhex("9a9999999999b93f") + bytes(32) + bytes.fromhex("000000000000e03f")
 
 
+def speeds_of(types: RobotTypes, name: str, twist: Twist, frame: str = "") -> bytes:
+    return types.encode(name, types.speeds(name, twist, frame))
+
+
 def test_speeds_are_the_bytes_that_robots_know_with_stamp_0() -> None:
     types = RobotTypes()
-    assert types.encode_twist(TWIST, Twist(0.1, 0.5)) == HEADER + SPEEDS
+    assert speeds_of(types, TWIST, Twist(0.1, 0.5)) == HEADER + SPEEDS
     frame = bytes.fromhex("0a000000626173655f6c696e6b00") + bytes(2)
-    assert types.encode_twist(TWIST_STAMPED, Twist(0.1, 0.5), "base_link") == HEADER + bytes(8) + frame + SPEEDS
-    assert types.encode_bool(True) == bytes.fromhex("0001000001")
+    assert speeds_of(types, TWIST_STAMPED, Twist(0.1, 0.5), "base_link") == HEADER + bytes(8) + frame + SPEEDS
+    assert types.encode(BOOL, types.flag(True)) == bytes.fromhex("0001000001")
 
 
 def test_ros_1_has_no_encapsulation_and_numbers_its_headers() -> None:
     types = RobotTypes("ros1")
-    assert types.encode_twist(TWIST, Twist(0.1, 0.5)) == SPEEDS
-    assert types.encode_twist(TWIST_STAMPED, Twist(0.1, 0.5)) == bytes(16) + SPEEDS
+    assert speeds_of(types, TWIST, Twist(0.1, 0.5)) == SPEEDS
+    assert speeds_of(types, TWIST_STAMPED, Twist(0.1, 0.5)) == bytes(16) + SPEEDS
 
 
 def test_a_type_that_the_robot_brings_along_is_decoded() -> None:
@@ -59,7 +63,7 @@ def test_robots_do_not_share_types() -> None:
 def test_bytes_that_are_no_message_are_counted_by_topic() -> None:
     types = RobotTypes()
     types.borrow(TWIST)
-    whole = types.encode_twist(TWIST, Twist(0.1, 0.5))
+    whole = speeds_of(types, TWIST, Twist(0.1, 0.5))
     for damaged in (b"", whole[:20], whole + b"more"):
         assert types.decode("/cmd_vel", TWIST, damaged) is None
     assert types.errors == {"/cmd_vel": 3}

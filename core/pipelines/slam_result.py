@@ -1,0 +1,115 @@
+"""The result of an offline run: the estimates from one log, and how they went."""
+
+from dataclasses import dataclass, field
+from typing import NotRequired, TypedDict
+
+from core.geometry import Pose
+from core.message import Array
+from core.recording import Recording, RecordingReport
+from core.recording.drive import DriveRecording
+from core.slam.estimate import Landmark
+from core.slam.map.occupancy import OccupancyGrid
+from core.slam.map.status import ClosureStatus
+
+PATH_STEP_M = 0.02  # the path is measured from place to place this far apart, so that trembling at rest adds nothing
+
+
+class LandmarkFigures(TypedDict):
+    """A landmark, as JSON."""
+
+    id: int
+    x_m: float
+    y_m: float
+    cov_m2: list[list[float]]
+    hits: int
+    misses: int
+    kind: str
+    identity: NotRequired[int]  # its name in the log
+
+
+class SlamFigures(TypedDict):
+    """Everything of a result but the poses, as JSON."""
+
+    frames: int
+    duration_s: float
+    path_m: float
+    landmarks: list[LandmarkFigures]
+    files: dict[str, str | None]
+    form: str
+    topics: list[str]
+    odometry: bool
+    read: int
+    skipped: int
+    declared: int | None
+    warnings: list[str]
+    faults: list[dict[str, str]]  # code and sentence of what the checks of the readings found
+    processing_s: NotRequired[float]  # as the caller measured it
+
+
+@dataclass(frozen=True)
+class SlamCourse:
+    """How an estimate went, reading by reading."""
+
+    nis: Array  # (N,) running mean per degree of freedom; NaN before the first update
+    position_sd: Array  # (N,) [m] of the weaker direction
+    step_ms: Array  # (N,) of processing
+    closures: tuple[ClosureStatus, ...] = ()
+
+
+@dataclass(frozen=True)
+class SlamResult:
+    """The estimates from one log. The caller measures the time that it took."""
+
+    recording: Recording | DriveRecording
+    report: RecordingReport
+    stamps: tuple[float, ...]  # [s], the log's own, one per pose
+    poses: tuple[Pose, ...]  # world, one per reading that carries a scan or a sighting
+    landmarks: tuple[Landmark, ...]
+    course: SlamCourse
+    identities: dict[int, int] = field(default_factory=dict[int, int])  # landmark → its name in the log, where given
+    grid: OccupancyGrid | None = None
+    files: dict[str, str | None] = field(default_factory=lambda: {"trajectory_tum": None, "map_yaml": None})
+
+    @property
+    def path(self) -> float:
+        """Length [m] of the estimated path."""
+        total, last = 0.0, self.poses[0]
+        for pose in self.poses[1:]:
+            way = last.distance_to(pose.x, pose.y)
+            if way >= PATH_STEP_M:
+                total, last = total + way, pose
+        return total
+
+    def json(self) -> SlamFigures:
+        """Everything but the poses, as plain values with their units in the keys."""
+        report = self.report
+        return {
+            "frames": len(self.poses),
+            "duration_s": self.stamps[-1] - self.stamps[0],
+            "path_m": self.path,
+            "landmarks": [self._row(mark) for mark in self.landmarks],
+            "files": self.files,
+            "form": report.form,
+            "topics": list(report.topics),
+            "odometry": self.recording.has_wheels,
+            "read": report.read,
+            "skipped": report.skipped,
+            "declared": report.declared,
+            "warnings": list(report.warnings),
+            "faults": [{"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in report.faults],
+        }
+
+    def _row(self, mark: Landmark) -> LandmarkFigures:
+        x, y = mark.position.tolist()
+        row = LandmarkFigures(
+            id=mark.id,
+            x_m=x,
+            y_m=y,
+            cov_m2=mark.covariance.tolist(),
+            hits=mark.hits,
+            misses=mark.misses,
+            kind=mark.kind,
+        )
+        if mark.id in self.identities:
+            row["identity"] = self.identities[mark.id]
+        return row
