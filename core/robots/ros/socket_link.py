@@ -75,7 +75,7 @@ def parse_address(rest: str, port: int, options: Sequence[str] = ()) -> RosAddre
 
 
 def split_address(rest: str, looks: str) -> tuple[SplitResult, dict[str, str]]:
-    """What follows a robot's scheme → its parts, and its options. Raises BadInput with the sentence `looks`."""
+    """The part of a URL after its scheme → its parts, and its options. Raises BadInput with the sentence `looks`."""
     try:
         parts = urlsplit(rest)
         _ = parts.port  # which is a number, or none
