@@ -64,7 +64,7 @@ def reckoned(run: Run) -> Trace:
 
 def mapped(run: Run, ekf: EkfSettings, still: bool) -> Trace:
     """EKF-SLAM (eq. 17-33): errors and NEES at every sighting; with `still`, the frames at rest come first."""
-    slam = EkfSlam(replace(ekf, still_scans=max(ekf.still_scans, len(run.still))), run.motion)
+    slam = EkfSlam(replace(ekf, still_scans=max(ekf.still_scans, len(run.still))))
     places, surprises = [], []
     for k in followed(slam, run, still):
         pose = slam.filter.pose

@@ -206,7 +206,7 @@ def errors(draws: Draws, still: bool, number: int) -> DriveErrors:
 def limit(draws: Draws, still: bool) -> float:
     """Mean position error [m] over the drive that the sightings allow on average while the map is unknown."""
     drive = _without_noise(replace(draws, ids="given"))
-    slam, sizes = EkfSlam(replace(FORM, still_scans=len(drive.still)), drive.motion), []
+    slam, sizes = EkfSlam(replace(FORM, still_scans=len(drive.still))), []
     for _ in followed(slam, drive, still):
         sizes.append(mean_length(slam.filter.pose_covariance()[:2, :2]))
     return float(np.mean(sizes))

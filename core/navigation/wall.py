@@ -149,7 +149,9 @@ class RightWall:
             (distance, settings.larger),
             (settings.stride, math.ceil(settings.horizon / settings.stride)),
         )
-        passing = [math.dist(a, b) for a, b, _ in self._bridges if _near(path, 0.5 * (a + b), 2 * distance)]
+        passing = [
+            math.dist(a, b) for a, b, _ in self._bridges if np.hypot(*(path - 0.5 * (a + b)).T).min() < 2 * distance
+        ]
         return WallLine(path=path, contact=self._contact, gap=max(passing, default=None))
 
     def _followed(self, pose: Pose, cells: Array) -> Array | None:
@@ -238,10 +240,6 @@ def _lengths(cells: Array, start: int, link: float) -> Array:
 def _between(a: Array, b: Array) -> Array:
     """Points (K, 2) [m] on the line from a to b."""
     return a + np.linspace(0, 1, 2 + math.ceil(math.dist(a, b) / 0.03))[:, None] * (b - a)
-
-
-def _near(path: Array, place: Array, reach: float) -> bool:
-    return float(np.hypot(*(path - place).T).min()) < reach
 
 
 def _goes_on(cells: Array, end: Array) -> bool:

@@ -57,7 +57,8 @@ def record_of(snapshot: Snapshot, gate: str, operator: str, *, map_is_new: bool,
         path=tuple(map(_numbers, snapshot.path)),
         lost="" if lost is None else lost.words,
     )
-    return FrameRecord.of(inputs.frame, _taken(inputs), results)
+    taken = TakenRecord(inputs.first, inputs.deaf, inputs.doing, tuple(map(_act, inputs.acts)))
+    return FrameRecord.of(inputs.frame, taken, results)
 
 
 def digest_of(grid: OccupancyGrid) -> str:
@@ -71,10 +72,6 @@ def inputs_of(frame: SensorFrame, taken: TakenRecord) -> PilotInputs:
     """A recorded frame with what the pilot took beside it. Raises BadInput."""
     acts = tuple(_act_again(act) for act in taken.acts)
     return PilotInputs(frame=frame, deaf=taken.deaf, doing=taken.doing, acts=acts, first=taken.first)
-
-
-def _taken(inputs: PilotInputs) -> TakenRecord:
-    return TakenRecord(inputs.first, inputs.deaf, inputs.doing, tuple(map(_act, inputs.acts)))
 
 
 def _act(act: PilotAct) -> TakenAct:

@@ -593,7 +593,6 @@ def parts_of(settings: Settings) -> MapperSettings:
         matching=settings.matching,
         closures=settings.closures,
         ekf=settings.ekf,
-        motion=settings.motion,
         occupancy=settings.occupancy,
         kidnap=settings.localization_monitor,
         edges=settings.edge_landmarks,

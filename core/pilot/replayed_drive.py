@@ -99,14 +99,11 @@ class DriveIndex:
                 self._free.wait()
                 if self._over.is_set():
                     return
-                self._take(at, x, y)
+                if not self._rows or np.hypot(x - self._rows[-1][1], y - self._rows[-1][2]) >= TRAIL_STEP_M:
+                    self._rows.append((at, x, y))
             self.done = True
         finally:
             drive.close()
-
-    def _take(self, at: float, x: float, y: float) -> None:
-        if not self._rows or np.hypot(x - self._rows[-1][1], y - self._rows[-1][2]) >= TRAIL_STEP_M:
-            self._rows.append((at, x, y))
 
 
 def marks_of(drive: DriveRecording) -> tuple[PlaybackMark, ...]:
@@ -220,7 +217,7 @@ class ReplayedDrive(PlayedRecording):
         frame: SensorFrame | None = None
         while self._next is not None and self._time_of(self._next) <= goal:
             moment = self._next
-            due = self._peek()
+            self._next = due = next(self._moments, None)
             newest = due is None or self._time_of(due) > goal
             taken = self._play_moment(moment, newest=newest)
             frame = taken if frame is None else merged(frame, taken)
@@ -240,10 +237,6 @@ class ReplayedDrive(PlayedRecording):
         """Time [s] from the start."""
         return moment.logged - self._drive.start
 
-    def _peek(self) -> DriveMoment | None:
-        self._next = next(self._moments, None)
-        return self._next
-
     @property
     def _is_computing(self) -> bool:
         return self._way == "computed" or self._compares
@@ -261,14 +254,11 @@ class ReplayedDrive(PlayedRecording):
                 self._notes = (*self._notes, Statement("recording.empty_map", why=self._computed.why_empty))
         if recorded is not None or computed is not None:
             self._last = moment, recorded, computed
-            self._compare(moment, recorded, computed)
+            if recorded is not None and computed is not None and self._computed is not None:
+                drawn = self._computed.recorded_from_computed
+                self._comparison = self._comparer.compare(moment, recorded, computed, drawn)
             self._snapshot = self._chosen(recorded, computed)
         return moment.light_frame if not (newest or self._is_computing) else moment.frame
-
-    def _compare(self, moment: DriveMoment, recorded: Snapshot | None, computed: Snapshot | None) -> None:
-        if recorded is not None and computed is not None and self._computed is not None:
-            drawn = self._computed.recorded_from_computed
-            self._comparison = self._comparer.compare(moment, recorded, computed, drawn)
 
     def _chosen(self, recorded: Snapshot | None, computed: Snapshot | None) -> Snapshot | None:
         """The snapshot of the way that is shown, with the other one beside it where both are."""

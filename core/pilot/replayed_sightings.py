@@ -39,7 +39,7 @@ class ReplayedSightings(PlayedRecording):
 
     def _begin(self) -> None:
         """Begin the estimate at the start."""
-        self._slam = EkfSlam(self._settings.ekf, self._settings.motion)
+        self._slam = EkfSlam(self._settings.ekf)
         self._trail, self._drifted, self._by_wheels = Trail(TRAIL_STEP_M), Trail(TRAIL_STEP_M), Pose()
         self._clock = 0.0  # [s] from the start, of what is shown
         self._next = 0  # number of the next step

@@ -147,7 +147,7 @@ def _result(recording: ScanRecording | DriveRecording, pilot: Pilot, run: _Pilot
 
 def _sightings(recording: SightingRecording, settings: Settings, progress: WorkProgress) -> SlamResult:
     """Sightings need no perception: they go to the estimator with the noise of their log."""
-    slam, taker = EkfSlam(settings.ekf, settings.motion), _CourseTaker()
+    slam, taker = EkfSlam(settings.ekf), _CourseTaker()
     poses: list[Pose] = []
     for step in progress.each(recording.steps, "estimating"):
         taker.begin()

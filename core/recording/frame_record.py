@@ -151,7 +151,9 @@ class FrameRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
         wheels, scan, image, sound = frame.wheels, frame.scan, frame.image, frame.sound
         return cls(
             stamp=frame.stamp,
-            wheels=None if wheels is None else _wheels(wheels),
+            wheels=None
+            if wheels is None
+            else WheelsRecord(row_of(wheels.odometry), wheels.speed, wheels.turn_rate, wheels.age, wheels.rate),
             scan=None if scan is None else _scan(scan),
             image=None if image is None else (image.stamp, image.camera),
             sound=None if sound is None else (sound.stamp, sound.rate),
@@ -194,10 +196,6 @@ decode = msgspec.json.Decoder(FrameRecord).decode
 def row_of(pose: Pose) -> Row:
     """A pose as it is written."""
     return pose.x, pose.y, pose.heading
-
-
-def _wheels(wheels: Wheels) -> WheelsRecord:
-    return WheelsRecord(row_of(wheels.odometry), wheels.speed, wheels.turn_rate, wheels.age, wheels.rate)
 
 
 def _wheels_again(record: WheelsRecord) -> Wheels:

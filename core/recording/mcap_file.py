@@ -109,7 +109,8 @@ class McapWalk:
         if opcode == CHUNK_OPCODE:
             yield from self._chunk(begin, length)
         elif opcode == STATISTICS_OPCODE:
-            self._statistics(self._source.at(begin, 8))
+            content = self._source.at(begin, 8)
+            self._tally.declared = struct.unpack("<Q", content)[0] if len(content) == 8 else None
         elif opcode in (SCHEMA_OPCODE, CHANNEL_OPCODE, MESSAGE_OPCODE):
             yield from self._record(opcode, self._source.at(begin, min(length, self._largest_block)))
 
@@ -179,9 +180,6 @@ class McapWalk:
                 yield Envelope(channel.topic, kind, channel.encoding, logged, packed)
         except (struct.error, KeyError, ValueError):
             self._tally.skip("it is damaged")
-
-    def _statistics(self, content: bytes) -> None:
-        self._tally.declared = struct.unpack("<Q", content)[0] if len(content) == 8 else None
 
 
 def _text(content: bytes, at: int) -> tuple[str, int]:

@@ -51,7 +51,8 @@ def believable_track(
     twists = None if twists is None else twists[order]
     driven: Array | None = poses
     if len(times) and np.mean(np.isnan(poses[:, 2])) > 0.5:
-        report.fault("odometry.no_heading", name, used=twists is not None, instead=_instead(twists))
+        instead = "it is not used" if twists is None else "its speeds are used"
+        report.fault("odometry.no_heading", name, used=twists is not None, instead=instead)
         driven = _integrated(times, twists)
     elif _stands(times, poses, twists):
         report.fault("odometry.stands", name, used=True)
@@ -124,10 +125,6 @@ def _counts_degrees(times: Array, headings: Array) -> bool:
     if len(rates) < MIN_TURNS or not np.nanmax(np.abs(headings)) > MIN_DEGREES:
         return False
     return bool(MIN_SPIN_RAD_S < np.quantile(rates, 0.9) < math.degrees(MAX_TURN_RATE_RAD_S))
-
-
-def _instead(twists: Array | None) -> str:
-    return "its speeds are used" if twists is not None else "it is not used"
 
 
 def _integrated(times: Array, twists: Array | None) -> Array | None:

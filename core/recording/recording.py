@@ -120,8 +120,6 @@ class SightingRecording:
 
     path: Path
     steps: tuple[SightingStep, ...]
-    range_max: float  # [m]: the farthest sighting; with the next, what the sensor could have seen
-    half_field: float  # [rad] to either side of straight ahead: the widest sighting
     report: RecordingReport
 
     @property

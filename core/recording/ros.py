@@ -206,7 +206,7 @@ class RosMessages:
             self._forget_order()
         for jump in () if self._clock.is_unordered else self._clock.jumps_s:
             self._tally.fault("clock.recorder_set", used=True, jump=f"{jump:+.0f}")
-        robots = self._robots()
+        robots = robots_in(self._odometry, self._scans, self._tree.moving_frames)  # none where it is one
         name, topic = self._chosen_scans(path, robots)
         odometry = self._chosen_odometry(path, name, topic.frame, robots)
         stream = StampedStream(name, np.array([logged_stamp(scan) for scan in topic.scans]), np.array(topic.logged))
@@ -245,10 +245,6 @@ class RosMessages:
             rows = rows[np.argsort(rows[:, 0], kind="stable")]
             rows[:, 1] = rows[:, 0]
             topic.rows = array("d", rows.ravel())
-
-    def _robots(self) -> tuple[str, ...]:
-        """The names of the robots in the log; () where it is one."""
-        return robots_in(self._odometry, self._scans, self._tree.moving_frames)
 
     def _mounting(self, odometry: _ChosenOdometry, frame: str, name: str) -> Placed:
         """How the laser is mounted; where the log does not say it, at the origin, and that is said.

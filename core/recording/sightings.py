@@ -56,17 +56,9 @@ class SightingSteps:
 
     def finish(self, path: Path, form: str) -> SightingRecording:
         """All steps → the recording. Raises BadInput when nothing was seen at all."""
-        distances = [sighting.range for step in self._steps for sighting in step.sightings]
-        bearings = [abs(sighting.bearing) for step in self._steps for sighting in step.sightings]
-        if not distances:
+        if not any(step.sightings for step in self._steps):
             raise BadInput(f"{path.name} holds no sighting that can be used. {self._tally.reasons()}".strip())
-        return SightingRecording(
-            path=path,
-            steps=tuple(self._steps),
-            range_max=max(distances),
-            half_field=max(bearings),
-            report=self._tally.report(form),
-        )
+        return SightingRecording(path=path, steps=tuple(self._steps), report=self._tally.report(form))
 
 
 def grouped(keys: Array, rows: Array) -> dict[int, Array]:

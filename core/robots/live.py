@@ -13,7 +13,7 @@ from msgspec.structs import replace as replace_struct
 from core.errors import BeckonError, Unavailable
 from core.gate.twist import ZERO, Twist
 from core.robots import Profile
-from core.robots.connection import FoundPart, FoundRobot, ReadConnection, ReadRobotFile, describe
+from core.robots.connection import FoundPart, ReadConnection, ReadRobotFile, describe
 from core.robots.device import Device, Equipment
 from core.robots.device_clock import LONG_AGO_S
 from core.robots.findings import ClockOffset
@@ -247,7 +247,8 @@ class LiveRobot:
         request_any: RobotRequest[Any] = request
         match request_any:
             case ReadConnection():
-                return cast(AnswerT, self._connection())
+                parts = tuple(link.found(one) for link, one in zip(self._links, self._equipment, strict=True))
+                return cast(AnswerT, describe(self._profile, parts, self._equipment, self._file))
             case ReadRobotFile():
                 return cast(AnswerT, self._file)
             case SetListening():
@@ -257,10 +258,6 @@ class LiveRobot:
                 if taker is None:
                     raise not_taken(self.requests)
                 return taker.ask(request)
-
-    def _connection(self) -> FoundRobot:
-        parts = tuple(link.found(one) for link, one in zip(self._links, self._equipment, strict=True))
-        return describe(self._profile, parts, self._equipment, self._file)
 
     def close(self) -> None:
         """Stop, and let go of every device."""

@@ -14,6 +14,7 @@ import pickle
 import selectors
 import signal
 import socket
+import sys
 import time
 import traceback
 from dataclasses import replace
@@ -225,7 +226,7 @@ def main(arguments: list[str] | None = None) -> None:
         parser.add_argument(f"--{name}", type=int, required=True, help="descriptor of a pipe")
     given = parser.parse_args(arguments)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, lambda *_: _leave())
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     control, gate = packet_socket(given.control), packet_socket(given.gate)
     frame_sender = FrameSender(socket.socket(fileno=given.stream))
     code = 1
@@ -251,10 +252,6 @@ def main(arguments: list[str] | None = None) -> None:
     frame_sender.close()
     logging.shutdown()
     os._exit(code)  # everything is closed; the interpreter's own farewell would take longer than an operator waits
-
-
-def _leave() -> None:
-    raise SystemExit(0)
 
 
 if __name__ == "__main__":

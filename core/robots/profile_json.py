@@ -6,7 +6,6 @@ import msgspec
 import numpy as np
 
 from core.errors import BadInput
-from core.message import Array
 from core.robots import Profile
 
 
@@ -18,7 +17,7 @@ def profile_to_json(profile: Profile) -> bytes:
 def profile_from_json(content: bytes) -> Profile:
     """Read what `profile_to_json` made. Raises BadInput."""
     try:
-        return msgspec.json.decode(content, type=Profile, dec_hook=_array)
+        return msgspec.json.decode(content, type=Profile, dec_hook=lambda _, value: np.array(value, float))
     except (msgspec.MsgspecError, ValueError) as trouble:
         raise BadInput(f"The robot's description in the recording cannot be used: {trouble}") from None
 
@@ -29,7 +28,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         return value.item()
     raise TypeError(f"{type(value).__name__} has no place in a profile")
-
-
-def _array(kind: type, value: Any) -> Array:
-    return np.array(value, float)

@@ -168,6 +168,8 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
 
     own_body = next((one.body for one in equipment if one.body is not None), None)
     body = load_body(folder / file.urdf) if file.urdf else own_body
+    if file.failsafe is not None:
+        base = replace(base, failsafe=file.failsafe or None, failsafe_words="")  # 0: it never stops by itself
     max_speed = first(file.max_speed, base.max_speed, known.max_speed)
     return Profile(
         name=file.name or equipment[0].name,
@@ -184,7 +186,7 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
         odometry=base.odometry,
         shapes=body.shapes if body else (),
         notices=body.notices if body else (),
-        failsafe=failsafe_of(base if file.failsafe is None else _stopping(base, file.failsafe)),
+        failsafe=failsafe_of(base),
         lock=base.lock,
         capabilities=capabilities_of(equipment),
     )
@@ -213,11 +215,6 @@ def capabilities_of(equipment: tuple[Equipment, ...]) -> frozenset[Capability]:
     drives = any(one.base is not None for one in equipment)
     navigates = any(one.navigates for one in equipment)
     return frozenset({*(("drive",) if drives else ()), *(("navigate",) if navigates else ())})
-
-
-def _stopping(base: Base, silence: float) -> Base:
-    """The base that stops by itself after so much silence [s], 0: never."""
-    return replace(base, failsafe=silence or None, failsafe_words="")
 
 
 def failsafe_of(base: Base) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from core.geometry import Pose
 from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
-from core.sensors import Laser, SensorFrame
+from core.sensors import Laser
 from core.setting import Meta, ThresholdSet
 from core.slam.association.associate import recognise
 from core.slam.association.landmark_table import LandmarkRecord, LandmarkSettings, LandmarkTable
@@ -25,7 +25,7 @@ from core.slam.ekf.observation import Observation
 from core.slam.ekf.paper import PaperFilter
 from core.slam.ekf.robust import AdaptiveGate, SlipThresholds, displaced, mahalanobis, trust, with_noise
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
-from core.slam.motion import Increment, MotionSettings, WheelTrack
+from core.slam.motion import Increment
 
 FORMS: dict[str, type[Filter]] = {"invariant": InvariantFilter, "paper": PaperFilter}
 NIS_FADE = 0.98  # memory of the running NIS, per sighting
@@ -67,17 +67,14 @@ class EkfSettings(EkfThresholds, LandmarkSettings, AssociationSettings, SlipThre
 
 
 class EkfSlam:
-    """Estimator of pose and landmarks. `update` with every frame."""
+    """Estimator of pose and landmarks: `advance` with every move, `see` with every scan."""
 
-    def __init__(
-        self, ekf: EkfSettings | None = None, motion: MotionSettings | None = None, laser: Laser | None = None
-    ) -> None:
+    def __init__(self, ekf: EkfSettings | None = None, laser: Laser | None = None) -> None:
         self.settings = ekf or EkfSettings()
         self.filter = FORMS[self.settings.mode]()
         self.table = LandmarkTable(self.settings)
         self._landmarks: tuple[Landmark, ...] | None = ()
         self.associations: tuple[Association, ...] = ()
-        self._track = WheelTrack(motion)
         self._laser = laser
         self._travelled = 0.0  # [m]
         self._moved = False  # since the last scan
@@ -87,24 +84,6 @@ class EkfSlam:
         self._nis: float | None = None
         self._usual = AdaptiveGate(self.settings.soft_memory, self.settings.soft_slack)
         self._slipped = False  # by the newest sightings
-
-    def update(
-        self, frame: SensorFrame, sightings: Sequence[Sighting] | None = None, increment: Increment | None = None
-    ) -> Estimate:
-        """Take one frame.
-
-        `sightings` are in the robot frame of this frame's stamp; None: there was no scan. `increment`: a move that
-        does not come from the wheels.
-        """
-        self.advance(self._track.step(frame.stamp, frame.wheels) if increment is None else increment)
-        if sightings is not None:
-            view = (
-                VisibilityCheck(frame.scan, self._laser.mounting)
-                if frame.scan is not None and self._laser is not None
-                else None
-            )
-            self.see(sightings, view)
-        return self.estimate
 
     def resume(self, records: Sequence[LandmarkRecord]) -> None:
         """Go on with these rows of landmarks, which the filter has already."""

@@ -20,7 +20,7 @@ from core.slam.map.occupancy import OccupancySettings
 from core.slam.map.pose_graph import GraphEdge, compose_covariance
 from core.slam.map.settings import SubmapSettings
 from core.slam.map.submap import Submap
-from core.slam.motion import Increment, MotionSettings
+from core.slam.motion import Increment
 from core.slam.relocalization.kidnap_detector import KidnapSettings
 from core.slam.scan_matching.field_matching import ScanMatchingSettings, match_scan, spread
 from core.slam.scan_matching.likelihood_field import LikelihoodField
@@ -39,7 +39,6 @@ class MapperSettings:
     matching: ScanMatchingSettings = field(default_factory=ScanMatchingSettings)
     closures: ClosureSettings = field(default_factory=ClosureSettings)
     ekf: EkfSettings = field(default_factory=EkfSettings)
-    motion: MotionSettings = field(default_factory=MotionSettings)
     occupancy: OccupancySettings = field(default_factory=OccupancySettings)
     kidnap: KidnapSettings = field(default_factory=KidnapSettings)
     edges: BearingSettings = field(default_factory=BearingSettings)
@@ -47,7 +46,7 @@ class MapperSettings:
 
     def new_submap(self, number: int, laser: Laser | None) -> Submap:
         """Make an empty submap, the robot at its origin."""
-        return Submap(number, self.ekf, self.motion, laser, self.occupancy, self.edges, self.voices)
+        return Submap(number, self.ekf, laser, self.occupancy, self.edges, self.voices)
 
 
 class SubmapManager:

@@ -126,7 +126,7 @@ class RosDriver(Driver):
         for kind in TOPICS.values():
             types.borrow(kind)
         self._maker, self._bare = RosMessageMaker(1_700_000_000.0), RosMessageMaker(0.0)
-        self._sensors = RosSensors(types, choose_topics(TOPICS.items(), RosSettings.of({})))
+        self._sensors = RosSensors(types, choose_topics(TOPICS.items(), RosSettings.of({})), lambda *_: None)
         self._sensors.attach(self.readings)
 
     def wheels(self, wheels: Wheels) -> None:

@@ -43,7 +43,9 @@ def ours(recording: SightingRecording, truth: Array) -> Row:
 
 def theirs(recording: SightingRecording, truth: Array, limit: float) -> Row:
     """MRPT's on the same sightings, at most `limit` [s]."""
-    first = next(step.sightings[0] for step in recording if step.sightings)
+    sightings = [one for step in recording for one in step.sightings]
+    first, reach = sightings[0], max(one.range for one in sightings)
+    half_field = max(abs(one.bearing) for one in sightings)
     range_sd, bearing_sd = np.sqrt(np.diag(first.covariance)).tolist()
     steps = [
         mrpt.Seen(
@@ -52,8 +54,8 @@ def theirs(recording: SightingRecording, truth: Array, limit: float) -> Row:
             np.array(
                 [(mrpt.NOBODY if one.id is None else one.id, one.range, one.bearing) for one in step.sightings]
             ).reshape(-1, 3),
-            recording.range_max,
-            recording.half_field,
+            reach,
+            half_field,
         )
         for step in recording
     ]

@@ -106,10 +106,10 @@ class RosClocks:
 class RosSensors:
     """Takes the messages of the chosen topics: first to learn what the robot has, then to hand them on."""
 
-    def __init__(self, types: RobotTypes, topics: RosTopics, send_goal: SendGoalMessage | None = None) -> None:
+    def __init__(self, types: RobotTypes, topics: RosTopics, send_goal: SendGoalMessage) -> None:
         """`send_goal` hands a goal to the robot's own navigation."""
         self.types, self.topics = types, topics
-        self.navigation = RosNavigation(topics, send_goal or _no_goal)
+        self.navigation = RosNavigation(topics, send_goal)
         self.notices: list[str] = list(topics.notices)
         self.timeout: float | None = None  # [s] cmd_vel_timeout of the robot's controller; None: it does not say
         self.body: Body | None = None  # as the robot describes it
@@ -431,10 +431,6 @@ class RosSensors:
         self._placed.add(Camera.name)
         mounting = found if "optical" in frame else optical_mounting(found)
         return Camera(model=model, mounting=mounting, rate=None)
-
-
-def _no_goal(frame: str, goal: Pose) -> None:
-    raise ConnectionResetError("there is no link")
 
 
 def laser_name(topic: str, topics: RosTopics) -> str:

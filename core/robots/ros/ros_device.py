@@ -17,7 +17,6 @@ from core.robots.findings import Findings
 from core.robots.requests import (
     AnswerT,
     CancelGoal,
-    OwnNavigation,
     ReadNavigation,
     Requests,
     RobotRequest,
@@ -93,7 +92,10 @@ class RosDevice(Device):
             self._cancel_goal(navigation)
         else:
             raise BadInput("This robot takes no such request.")
-        return cast(AnswerT, self._state(navigation, known_map))
+        state = navigation.state(known_map)
+        if state.goal is None:
+            self._commands.let_drive(False)
+        return cast(AnswerT, state)
 
     def drive(self, twist: Twist) -> None:
         """Send speeds, as often as this is called while they are not zero. Raises OSError when the link is lost.
@@ -140,12 +142,6 @@ class RosDevice(Device):
     @property
     def _navigation(self) -> RosNavigation | None:
         return self.sensors.navigation if self.sensors is not None else None
-
-    def _state(self, navigation: RosNavigation, known_map: int) -> OwnNavigation:
-        state = navigation.state(known_map)
-        if state.goal is None:
-            self._commands.let_drive(False)
-        return state
 
     def _cancel_goal(self, navigation: RosNavigation) -> None:
         navigation.cancel()

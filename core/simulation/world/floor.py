@@ -163,4 +163,4 @@ THINGS = (
     _stands("table block", "table", 15.3, 9.3, (2.2, 1.0, 0.74)),
     _stands("cabinet block", "cabinet", 13.24, 8.6, (0.46, 1.2, 1.9)),
 )
-FLOOR = World(name="floor", walls=outline(FREE, SOLID), height=2.7, zones=ZONES, dressings=DRESSINGS, things=THINGS)
+FLOOR = World(name="floor", walls=outline(FREE, SOLID), zones=ZONES, dressings=DRESSINGS, things=THINGS)

@@ -59,4 +59,4 @@ THINGS = (
     furniture("stool", "stool", 2.15, -1.55, (0.34, 0.34, 0.48)),
     furniture("bin", "bin", 4.5, -2.25, (0.28, 0.28, 0.42)),
 )
-LAB = World(name="lab", walls=outline(FREE, SOLID), height=2.7, zones=ZONES, dressings=DRESSINGS, things=THINGS)
+LAB = World(name="lab", walls=outline(FREE, SOLID), zones=ZONES, dressings=DRESSINGS, things=THINGS)

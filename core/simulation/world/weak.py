@@ -28,13 +28,9 @@ ON_WALLS = (
     Dressing("door", 11.6, -HALF_WIDTH_M, 0.9, 0.0, 2.05),
 )
 CORRIDOR = World(
-    name="corridor",
-    walls=outline((ALONG,)),
-    height=2.7,
-    zones=(Zone(Rect(-9.0, -2.0, 19.0, 2.0), "mint"),),
-    dressings=ON_WALLS,
+    name="corridor", walls=outline((ALONG,)), zones=(Zone(Rect(-9.0, -2.0, 19.0, 2.0), "mint"),), dressings=ON_WALLS
 )
-BARE = World(name="bare", walls=outline((ALONG,)), height=2.7, zones=(Zone(Rect(-9.0, -2.0, 19.0, 2.0), "mint"),))
+BARE = World(name="bare", walls=outline((ALONG,)), zones=(Zone(Rect(-9.0, -2.0, 19.0, 2.0), "mint"),))
 HALL = Rect(-2.0, -3.0, 6.0, 3.0)
 GLAZED = tuple(Dressing("window", x, y, 1.5, 0.1, 2.4) for y in (-3.0, 3.0) for x in (-1.0, 0.9, 2.8, 4.9)) + tuple(
     Dressing("window", x, y, 1.5, 0.1, 2.4) for x in (-2.0, 6.0) for y in (-2.0, 0.2, 2.0)
@@ -42,7 +38,6 @@ GLAZED = tuple(Dressing("window", x, y, 1.5, 0.1, 2.4) for y in (-3.0, 3.0) for 
 GLASS = World(
     name="glass",
     walls=outline((HALL,)),
-    height=2.7,
     zones=(Zone(Rect(-3.0, -4.0, 7.0, 4.0), "slate"),),
     dressings=GLAZED,
     things=(furniture("bin", "bin", 4.6, 2.4, (0.28, 0.28, 0.42)),),

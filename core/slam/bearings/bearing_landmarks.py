@@ -184,15 +184,10 @@ class BearingLandmarks:
     def _gaps(self, seen: BearingSet, eye: Pose) -> Array:
         """(T, M) [rad]: how far every bearing is from where each track should be seen."""
         there = np.array([track.angle - eye.heading for track in self._tracks])
-        known = [k for k, track in enumerate(self._tracks) if track.landmark is not None]
+        known = {k: track.landmark.point for k, track in enumerate(self._tracks) if track.landmark is not None}
         if known:
-            there[known] = expected_bearings(self._state, seen.eye, self._points(self._tracks, known))
+            there[[*known]] = expected_bearings(self._state, seen.eye, [*known.values()])
         return np.abs(wrap_all(seen.bearings[None, :] - there[:, None]))
-
-    @staticmethod
-    def _points(tracks: Sequence[Track], chosen: Sequence[int]) -> list[AttachedPoint]:
-        landmarks = [tracks[k].landmark for k in chosen]
-        return [landmark.point for landmark in landmarks if landmark is not None]
 
     # using
 
@@ -255,7 +250,10 @@ class BearingLandmarks:
         if limits.walls and points is not None:
             self._lay_on_wall(point, last, seen.eye, points)
         track.views = []
-        track.landmark = self._known(point, track) or self._new(point, track)
+        track.landmark = self._known(point, track)
+        if track.landmark is None:
+            track.landmark = BearingLandmark(point, track.look, track.seen)
+            self.landmarks.append(track.landmark)
 
     def _clearest(self, views: Sequence[View]) -> tuple[View, Crossing] | None:
         """The view that crosses the newest one so that the place is surest, and that place; None: too vague.
@@ -321,11 +319,6 @@ class BearingLandmarks:
         self._state.take_in(both, both.state + 1e-9 * np.eye(2))
         self._state.detach(point)
         landmark.contradictions, landmark.seen = 0, track.seen
-        return landmark
-
-    def _new(self, point: AttachedPoint, track: Track) -> BearingLandmark:
-        landmark = BearingLandmark(point, track.look, track.seen)
-        self.landmarks.append(landmark)
         return landmark
 
     # forgetting

@@ -240,7 +240,9 @@ class LoopCloser:
         if loop_closure.next_door:
             follows_the_way = departure(link, self._graph.way(link.a, link.b)) < self.settings.agree
             group = [link] if follows_the_way else []
-        elif loop_closure.holds and any(self._agree(link, other) for other in loop_closure.accepted):
+        elif loop_closure.holds and any(
+            agreement(link, other, graph.way)[0] < self.settings.agree for other in loop_closure.accepted
+        ):
             group = [link]
         else:
             group = agreeing(link, self._others(link), graph.way, self.settings)
@@ -276,9 +278,6 @@ class LoopCloser:
             0
         ]
         self._crooked |= new or bool(np.hypot(off[0], off[1]) > BENT_M or abs(off[2]) > BENT_RAD)
-
-    def _agree(self, one: Constraint, other: Constraint) -> bool:
-        return agreement(one, other, self._graph.way)[0] < self.settings.agree
 
     def _straighten(self) -> Generator[None, None, None]:
         """Solve the graph; what the map would not bend to is no longer accepted, and then once more."""

@@ -93,7 +93,8 @@ def _view_arrays(places: Array, ends: Array, hits: Array, homes: Array, centres:
     views, beams = len(places), ends.shape[1]
     covariance = np.diag(EDGE_SD) ** 2
     poses = np.column_stack((places, np.zeros(views)))
-    ties = [(int(a), b) for b in range(1, views) for a in _nearest(places[:b], places[b])]
+    ways = [np.hypot(*(places[:b] - places[b]).T) for b in range(1, views)]  # to the views before
+    ties = [(int(a), b) for b, way in enumerate(ways, 1) for a in np.argsort(way, kind="stable")[:2]]
     tied = np.array(ties, np.int64).reshape(-1, 2)
     return {
         "view_stamps": np.zeros(views),
@@ -114,11 +115,6 @@ def _view_arrays(places: Array, ends: Array, hits: Array, homes: Array, centres:
         "link_covariances": np.zeros((0, 3, 3)),
         "link_scores": np.zeros((0, 2)),
     }
-
-
-def _nearest(places: Array, place: Array) -> Array:
-    """The one or two of places (V, 2) that are nearest: to them a view is tied."""
-    return np.argsort(np.hypot(*(places - place).T), kind="stable")[:2]
 
 
 def _tiles(grid: OccupancyGrid, centres: Array, block: int) -> list[tuple[Array, Array]]:

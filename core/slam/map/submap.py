@@ -8,7 +8,6 @@ from core.slam.bearings.settings import BearingSettings, VoiceLandmarkSettings
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.map.keyframe import Keyframe
 from core.slam.map.occupancy import OccupancyMap, OccupancySettings
-from core.slam.motion import MotionSettings
 
 
 class Submap(EkfSlam):
@@ -18,13 +17,12 @@ class Submap(EkfSlam):
         self,
         number: int,
         ekf: EkfSettings | None = None,
-        motion: MotionSettings | None = None,
         laser: Laser | None = None,
         occupancy: OccupancySettings | None = None,
         edges: BearingSettings | None = None,
         voices: BearingSettings | None = None,
     ) -> None:
-        super().__init__(ekf, motion, laser)
+        super().__init__(ekf, laser)
         self.id = number
         self.tile = OccupancyMap(occupancy)
         self.edges = BearingLandmarks(self.filter, edges or BearingSettings())

@@ -54,7 +54,6 @@ def test_a_run_has_one_step_per_instant_with_sightings(runs):
         (5.0, pytest.approx(0.3)),
     ]
     assert recording.steps[0].sightings[0].covariance == pytest.approx(np.diag([0.08**2, math.radians(1) ** 2]))
-    assert (recording.range_max, recording.half_field) == (5.0, pytest.approx(0.3))
 
 
 def test_the_moves_follow_the_car_like_model(runs):

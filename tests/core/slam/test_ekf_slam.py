@@ -9,8 +9,9 @@ import pytest
 from core.geometry import Pose, arc, wrap
 from core.perception.landmarks.landmarks import Sighting
 from core.sensors import Laser, Scan, SensorFrame, Wheels
-from core.slam.ekf_slam import EkfSettings, EkfSlam
+from core.slam.ekf_slam import EkfSettings
 from core.slam.motion import Increment
+from tests.core.slam.frame_slam import FrameSlam
 
 SPREAD = np.diag([0.02**2, math.radians(0.5) ** 2])
 ROOM = [(2.0, 1.5), (2.0, -1.5), (-1.5, 1.2), (0.5, 2.0), (3.0, 0.2), (1.0, -2.2), (3.5, 1.8), (-0.5, -1.8)]
@@ -47,7 +48,7 @@ def open_view(distance: float) -> Scan:
 def test_a_drive_around_a_room_is_known_far_better_than_by_the_wheels(mode: Literal["invariant", "paper"]) -> None:
     errors, reckoned, nees = [], [], []
     for seed in range(3):
-        rng, slam = np.random.default_rng(seed), EkfSlam(EkfSettings(mode=mode))
+        rng, slam = np.random.default_rng(seed), FrameSlam(EkfSettings(mode=mode))
         truth = odometry = Pose()
         for index in range(300):
             if index > 10:
@@ -66,7 +67,7 @@ def test_a_drive_around_a_room_is_known_far_better_than_by_the_wheels(mode: Lite
 
 
 def test_a_few_landmarks_are_believed_at_once_and_later_ones_after_three_hits() -> None:
-    slam = EkfSlam()
+    slam = FrameSlam()
     slam.see(seen_from(Pose(), ROOM[:6]))
     assert len(slam.landmarks) == 6
     late = seen_from(Pose(), ROOM)
@@ -82,7 +83,7 @@ def test_a_few_landmarks_are_believed_at_once_and_later_ones_after_three_hits() 
 
 
 def test_on_probation_a_landmark_does_not_touch_the_pose() -> None:
-    slam = EkfSlam(EkfSettings(at_once=0))
+    slam = FrameSlam(EkfSettings(at_once=0))
     slam.see(seen_from(Pose(), ROOM[:2]))
     slam.advance(Increment(Pose(0.2, 0.0, 0.0), 1e-3 * np.eye(3)))
     before = slam.estimate
@@ -94,7 +95,7 @@ def test_on_probation_a_landmark_does_not_touch_the_pose() -> None:
 
 
 def test_a_tentative_landmark_that_is_not_seen_again_goes() -> None:
-    slam = EkfSlam(EkfSettings(at_once=1, patience=5))
+    slam = FrameSlam(EkfSettings(at_once=1, patience=5))
     slam.see(seen_from(Pose(), ROOM[:2]))
     for index in range(8):
         slam.advance(Increment(Pose(0.01, 0.0, 0.0), 1e-6 * np.eye(3)))
@@ -105,7 +106,7 @@ def test_a_tentative_landmark_that_is_not_seen_again_goes() -> None:
 
 def test_what_is_seen_through_is_suppressed_and_what_is_hidden_stays() -> None:
     for distance, left in ((5.0, 1), (1.0, 2)):
-        slam = EkfSlam(EkfSettings(still_every=1), laser=Laser())
+        slam = FrameSlam(EkfSettings(still_every=1), laser=Laser())
         places = [(2.0, 0.8), (2.0, -0.8)]
         for _ in range(4):
             slam.update(frame(0.0, Pose()), seen_from(Pose(), places))
@@ -116,7 +117,7 @@ def test_what_is_seen_through_is_suppressed_and_what_is_hidden_stays() -> None:
 
 
 def test_standing_wheels_add_no_uncertainty() -> None:
-    slam = EkfSlam()
+    slam = FrameSlam()
     slam.update(frame(0.0, Pose()))
     for index in range(1, 41):
         slam.update(frame(0.025 * index, arc(0.0025 * index, 0.0)))
@@ -128,7 +129,7 @@ def test_standing_wheels_add_no_uncertainty() -> None:
 
 
 def test_the_robot_looks_around_until_ten_scans_were_taken_at_rest() -> None:
-    slam = EkfSlam(laser=Laser())
+    slam = FrameSlam(laser=Laser())
     for index in range(10):
         assert slam.health.looking_around
         slam.update(frame(0.1 * index, Pose()), seen_from(Pose(), ROOM))
@@ -136,21 +137,21 @@ def test_the_robot_looks_around_until_ten_scans_were_taken_at_rest() -> None:
 
 
 def test_a_robot_that_moves_anyway_need_not_wait_for_ever() -> None:
-    slam = EkfSlam(laser=Laser())
+    slam = FrameSlam(laser=Laser())
     slam.update(frame(0.0, Pose()))
     slam.update(frame(0.1, arc(0.2, 0.0)), seen_from(arc(0.2, 0.0), ROOM))
     assert not slam.looking_around
 
 
 def test_at_rest_only_some_scans_count_after_the_first_ten() -> None:
-    slam = EkfSlam(EkfSettings(still_scans=10, still_every=5))
+    slam = FrameSlam(EkfSettings(still_scans=10, still_every=5))
     for index in range(30):
         slam.update(frame(0.1 * index, Pose()), seen_from(Pose(), ROOM))
     assert slam.health.updates == 10 + 4
 
 
 def test_one_wild_sighting_is_softened_and_does_not_carry_the_robot_away() -> None:
-    slam = EkfSlam()
+    slam = FrameSlam()
     for _ in range(5):
         slam.see(seen_from(Pose(), ROOM))
     slam.advance(Increment(Pose(0.1, 0.0, 0.0), 1e-4 * np.eye(3)))
@@ -163,7 +164,7 @@ def test_one_wild_sighting_is_softened_and_does_not_carry_the_robot_away() -> No
 def test_doubles_join_unless_they_were_seen_at_once() -> None:
     apart = [(2.0, 0.0), (2.0, 0.05)]
     for together in (False, True):
-        slam = EkfSlam(EkfSettings(double_reach=0.3))
+        slam = FrameSlam(EkfSettings(double_reach=0.3))
         for _ in range(3):
             slam.see(seen_from(Pose(), [*ROOM[:1], *(apart if together else apart[:1])]))
         if not together:
@@ -176,7 +177,7 @@ def test_doubles_join_unless_they_were_seen_at_once() -> None:
 
 
 def test_identities_that_are_known_are_used() -> None:
-    rng, slam = np.random.default_rng(0), EkfSlam()
+    rng, slam = np.random.default_rng(0), FrameSlam()
     for index in range(20):
         sightings = [
             Sighting(range=s.range, bearing=s.bearing, covariance=s.covariance, id=100 + k)
@@ -187,14 +188,14 @@ def test_identities_that_are_known_are_used() -> None:
 
 
 def test_kinds_keep_corners_apart() -> None:
-    slam = EkfSlam()
+    slam = FrameSlam()
     for _ in range(4):
         slam.see([*seen_from(Pose(), [(2.0, 0.0)], kind="convex"), *seen_from(Pose(), [(2.0, 0.12)], kind="concave")])
     assert sorted(landmark.kind for landmark in slam.landmarks) == ["concave", "convex"]
 
 
 def test_the_running_nis_is_about_one() -> None:
-    rng, slam = np.random.default_rng(0), EkfSlam(EkfSettings(still_every=1))
+    rng, slam = np.random.default_rng(0), FrameSlam(EkfSettings(still_every=1))
     for index in range(200):
         slam.update(frame(0.1 * index, Pose()), seen_from(Pose(), ROOM, rng))
     nis = slam.health.nis
@@ -203,7 +204,7 @@ def test_the_running_nis_is_about_one() -> None:
 
 
 def test_every_sighting_has_a_fate() -> None:
-    slam = EkfSlam()
+    slam = FrameSlam()
     slam.see(seen_from(Pose(), ROOM))
     assert {association.fate for association in slam.associations} == {"new"}
     beside = [(ROOM[0][0] + 0.1, ROOM[0][1])]  # too near to be another one, and that one is seen itself
@@ -216,7 +217,7 @@ def test_every_sighting_has_a_fate() -> None:
 
 
 def test_the_paper_s_measurement_noise_is_a_setting() -> None:
-    surer, paper = EkfSlam(), EkfSlam(EkfSettings(mode="paper", sighting_noise="paper"))
+    surer, paper = FrameSlam(), FrameSlam(EkfSettings(mode="paper", sighting_noise="paper"))
     for slam in (surer, paper):
         slam.see(seen_from(Pose(), ROOM[:1]))
     wide = paper.landmarks[0].covariance
@@ -226,7 +227,7 @@ def test_the_paper_s_measurement_noise_is_a_setting() -> None:
 
 
 def test_what_was_believed_at_once_and_never_seen_again_is_not_in_the_map_but_kept() -> None:
-    slam, ghost = EkfSlam(EkfSettings(still_every=1)), (1.5, 0.5)
+    slam, ghost = FrameSlam(EkfSettings(still_every=1)), (1.5, 0.5)
     slam.see(seen_from(Pose(), [*ROOM[:4], ghost]))
     assert len(slam.landmarks) == 5
     for _ in range(slam.settings.patience + 1):

@@ -17,8 +17,8 @@ from core.perception.landmarks.landmarks import sight
 from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
 from core.slam.dead_reckoning import DeadReckoning
-from core.slam.ekf_slam import EkfSlam
 from core.slam.motion import MotionSettings, WheelTrack
+from tests.core.slam.frame_slam import FrameSlam
 
 QUARTER = (math.pi / 2 / 0.6, 0.0, 0.6)
 LOOP = (
@@ -51,7 +51,7 @@ def drive(
     robot = SimulatedRobot("lab", seed=seed, settings=settings)
     laser, camera = robot.profile.laser, robot.profile.camera
     assert laser is not None
-    slam, reckoning, track = EkfSlam(motion=motion, laser=laser), DeadReckoning(), WheelTrack(motion)
+    slam, reckoning, track = FrameSlam(motion=motion, laser=laser), DeadReckoning(), WheelTrack(motion)
     edges, edges_stamp, outcome = (), 0.0, Outcome()
     for seconds, v, w in LOOP[:legs]:
         for _ in range(round(40 * seconds)):

@@ -41,7 +41,9 @@ class Wire:
         self.types = RobotTypes()
         for kind in TOPICS.values():
             self.types.borrow(kind)
-        self.sensors = RosSensors(self.types, choose_topics(TOPICS.items(), RosSettings.of(settings)))
+        self.sensors = RosSensors(
+            self.types, choose_topics(TOPICS.items(), RosSettings.of(settings)), lambda *_: None
+        )
         self.clock = 100.0
         self.readings = Readings(lambda: self.clock)
 
@@ -130,7 +132,7 @@ def test_a_laser_that_hangs_upside_down_is_turned_over() -> None:
 def test_two_lasers_have_names_and_so_have_their_scans() -> None:
     wire = Wire()
     found = [("/front/scan", TOPICS["/scan"]), ("/rear/scan", TOPICS["/scan"])]
-    wire.sensors = RosSensors(wire.types, choose_topics(found, RosSettings()))
+    wire.sensors = RosSensors(wire.types, choose_topics(found, RosSettings()), lambda *_: None)
     for topic, _ in found:
         wire.take(topic, wire.maker.scan(wire.scan(0.0)))
     assert {laser.name for laser in wire.sensors.equipment("robot").lasers} == {"front_scan", "rear_scan"}
@@ -424,7 +426,7 @@ def test_an_odometry_without_heading_is_followed_by_its_speeds_and_said() -> Non
 def test_a_mounting_that_comes_on_tf_and_stays_is_taken() -> None:
     wire = Wire()
     found = {topic: kind for topic, kind in TOPICS.items() if topic != "/tf_static"} | {"/tf": TF}
-    wire.sensors = RosSensors(wire.types, choose_topics(found.items(), RosSettings()))
+    wire.sensors = RosSensors(wire.types, choose_topics(found.items(), RosSettings()), lambda *_: None)
     for _ in range(3):
         wire.take("/tf", wire.maker.frames())
     wire.take("/scan", wire.maker.scan(wire.scan(0.0)))

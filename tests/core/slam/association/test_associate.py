@@ -8,7 +8,8 @@ import numpy as np
 from core.geometry import Pose
 from core.perception.landmarks.landmarks import Sighting
 from core.sensors import Laser, Scan, SensorFrame, Wheels
-from core.slam.ekf_slam import EkfSettings, EkfSlam
+from core.slam.ekf_slam import EkfSettings
+from tests.core.slam.frame_slam import FrameSlam
 
 SPREAD = np.diag([0.02**2, math.radians(0.5) ** 2])
 ROOM = [(2.0, 1.5), (2.0, -1.5), (-1.5, 1.2), (0.5, 2.0), (3.0, 0.2), (1.0, -2.2)]
@@ -23,7 +24,7 @@ def seen_from(pose: Pose, places: list[tuple[float, float]], opening: float | No
 
 def test_a_landmark_on_probation_takes_no_sighting_from_one_that_is_believed() -> None:
     """Alone, the ghost would fit best. Were it a rival, the sighting would be doubtful and unused."""
-    slam = EkfSlam(EkfSettings(still_every=1))
+    slam = FrameSlam(EkfSettings(still_every=1))
     for _ in range(4):
         slam.see(seen_from(Pose(), ROOM))
     ghost = (ROOM[0][0] + 0.05, ROOM[0][1])
@@ -35,7 +36,7 @@ def test_a_landmark_on_probation_takes_no_sighting_from_one_that_is_believed() -
 
 
 def test_a_corner_that_opens_elsewhere_is_another_one() -> None:
-    slam = EkfSlam(EkfSettings(still_every=1))
+    slam = FrameSlam(EkfSettings(still_every=1))
     for _ in range(4):
         slam.see(seen_from(Pose(), ROOM[:1], opening=0.0))
     turned = copy.deepcopy(slam)
@@ -47,7 +48,7 @@ def test_a_corner_that_opens_elsewhere_is_another_one() -> None:
 
 def test_what_stands_in_plain_sight_and_is_not_made_out_is_missed_until_it_goes() -> None:
     laser, place = Laser(), (2.0, 0.0)
-    slam = EkfSlam(EkfSettings(still_every=1, misses=2.0, misses_share=0.5), laser=laser)
+    slam = FrameSlam(EkfSettings(still_every=1, misses=2.0, misses_share=0.5), laser=laser)
     frame = SensorFrame(
         stamp=0.0,
         wheels=Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0),
