@@ -108,8 +108,3 @@ class Broadcaster:
     def _begin(self, kind: str) -> None:
         if not self.watched(kind):
             self.forget(kind)
-
-    def close_all(self, code: int, reason: str) -> None:
-        """Tell every viewer that it is over."""
-        for viewer in self.viewers:
-            viewer.close(code, reason)

@@ -10,42 +10,25 @@ STANDING_S = 2.0  # of standing
 STILL_SPEED = 0.005  # [m/s], [rad/s]
 
 
-class RestDetector:
-    """Takes every snapshot."""
+class StatePace:
+    """When the next state is due: nobody waits for what has happened at the console. It takes every snapshot."""
 
     def __init__(self) -> None:
-        self.at_rest = False
+        self.at_rest = False  # the robot stands and has nothing to do
         self._since = math.inf  # [s] by the robot's clock
+        self._sent = 0.0  # [s]
+        self._pace = 1.0  # share of real time at which the robot's clock runs
+        self._situation: tuple[object, ...] = ()  # of the console, when the newest state was sent
 
     def saw(self, snapshot: Snapshot) -> bool:
         """The newest snapshot → whether the robot rests."""
-        velocity = snapshot.velocity
+        velocity, self._pace = snapshot.velocity, snapshot.pace
         moves = max(abs(velocity.v), abs(velocity.w)) > STILL_SPEED or not snapshot.running
         busy = snapshot.active_command is not None or (snapshot.hearing is not None and snapshot.hearing.speaking)
         if moves or busy or snapshot.stamp < self._since:
             self._since = snapshot.stamp
         self.at_rest = snapshot.stamp - self._since > STANDING_S
         return self.at_rest
-
-
-class StatePace:
-    """When the next state is due: nobody waits for what has happened at the console."""
-
-    def __init__(self) -> None:
-        self._rest = RestDetector()
-        self._sent = 0.0  # [s]
-        self._pace = 1.0  # share of real time at which the robot's clock runs
-        self._situation: tuple[object, ...] = ()  # of the console, when the newest state was sent
-
-    @property
-    def at_rest(self) -> bool:
-        """True while the robot stands and has nothing to do."""
-        return self._rest.at_rest
-
-    def saw(self, snapshot: Snapshot) -> bool:
-        """The newest snapshot → whether the robot rests."""
-        self._pace = snapshot.pace
-        return self._rest.saw(snapshot)
 
     def due(self, now: float, situation: tuple[object, ...], later: float = 0.0) -> bool:
         """Return whether a state is due, `later` [s] than with every snapshot.
@@ -54,7 +37,7 @@ class StatePace:
         """
         gap = STATE_GAP
         if situation == self._situation:
-            gap = REST_GAP if self._rest.at_rest else min(STATE_GAP / max(self._pace, STATE_GAP), REST_GAP)
+            gap = REST_GAP if self.at_rest else min(STATE_GAP / max(self._pace, STATE_GAP), REST_GAP)
         return now - self._sent >= gap + later
 
     def sent(self, now: float, situation: tuple[object, ...]) -> None:

@@ -269,7 +269,7 @@ class Runtime:
         for part in self.parts:
             part.on_snapshot(snapshot, frame)
         self.notifications.adopt(snapshot.notices, snapshot.stamp)
-        self.dispatcher.all_ended(snapshot.endings)
+        self.dispatcher.ended(snapshot.endings)
         if picture is not None:
             self.camera_stream.show(picture)
         if self._state_pace.due(time.monotonic(), self._context.situation):

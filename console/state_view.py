@@ -19,7 +19,6 @@ from console.maps.service import MapService
 from console.messages import filled, hearing, person, picture
 from console.messages import state as messages
 from console.messages.map import accuracy, floor
-from console.messages.pending_command import LateCommandState, PendingCommandState
 from console.part import Parts
 from console.people.service import EnrollmentService
 from console.recording.service import RecordingService
@@ -271,7 +270,7 @@ def playback(state: PlaybackState | None, other: Comparison | None) -> messages.
     if state is None:
         return None
     own = {"reached_speed": state.reached, "comparison": None if other is None else comparison(other)}
-    return filled(messages.PlaybackView, state, computed_since_s=state.computed_since_s, **own)
+    return filled(messages.PlaybackView, state, **own)
 
 
 def comparison(other: Comparison) -> messages.ComparisonState:
@@ -311,14 +310,14 @@ DECIMAL_DIGITS = 3
 MAX_TRAIL_POINTS = 200  # of the other way of a recording
 
 
-def late_command(late: LateCommand | None) -> LateCommandState | None:
+def late_command(late: LateCommand | None) -> messages.LateCommandState | None:
     """The command that a person may confirm."""
-    return None if late is None else LateCommandState(late.id, late.command.heard_as)
+    return None if late is None else messages.LateCommandState(late.id, late.command.heard_as)
 
 
 def pending_command(
     waiting: PendingCommand | None, snapshot: Snapshot, radius: float, now: float
-) -> PendingCommandState | None:
+) -> messages.PendingCommandState | None:
     """The pending command and its preview as the robot stands; `radius` [m] of the robot, `now` [s] monotonic."""
     if waiting is None:
         return None
@@ -326,7 +325,7 @@ def pending_command(
     seen, call = preview(command, snapshot, radius), caller(command, snapshot)
     heading = snapshot.estimate.pose.heading
     bearing = None if call is None else math.remainder(call.azimuth - heading, math.tau)
-    return PendingCommandState(
+    return messages.PendingCommandState(
         id=waiting.id,
         name=command.name,
         numbers=dict(command.numbers),

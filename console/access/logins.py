@@ -13,13 +13,11 @@ from math import inf
 from pathlib import Path
 from typing import Literal, cast
 
-from console.access.records import AccessFile, Change, KeyKind, KeyRecord, LoginRecord, Records
+from console.access.records import RANK, AccessFile, Change, KeyKind, KeyRecord, LoginRecord, Person, Records
 from core.errors import BadInput
 
-RANK = {"public": 0, "viewer": 1, "operator": 2, "admin": 3}
 Role = Literal["viewer", "operator", "admin"]
 
-BY_KEY = "token-"  # begins the id of who shows a key with every request
 DAY = 24 * 3600.0
 LIFE = 7 * DAY  # [s] of a login
 LINK_LIFE = 30 * DAY  # [s] of a link
@@ -28,19 +26,6 @@ MAX_WRONG = 5  # times
 MOST_LOGINS = 300  # of one role
 MOST_LINKS = 100  # of one role, in which the eldest end
 MOST_ADDRESSES = 1000  # that are remembered for being wrong
-
-
-@dataclass(frozen=True)
-class Person:
-    """A person who is signed in, as others see them."""
-
-    id: str
-    name: str
-    role: str = "operator"  # viewer | operator | admin
-
-    def may(self, role: str) -> bool:
-        """Return whether this person's role reaches `role`."""
-        return RANK[self.role] >= RANK[role]
 
 
 ANYBODY = Person("local", "operator", "admin")
@@ -97,7 +82,7 @@ class Logins:
     def bearer(self, token: str, now: float) -> Person | None:
         """The program that shows this key."""
         found = self._key(fingerprint(token), now)
-        return person_of(found) if found else None
+        return found.person if found else None
 
     def all_keys(self) -> list[KeyRecord]:
         """All keys, eldest first."""
@@ -126,8 +111,8 @@ class Logins:
         opener = key.digest if key else ""
         same = self._login(shown, now)
         if same is not None and same.role == found.role:
-            self._keep(shown, Person(same.id, same.name, same.role), opener, now, made=same.made_s)
-            return shown, Person(same.id, same.name, same.role)
+            self._keep(shown, same.person, opener, now, made=same.made_s)
+            return shown, same.person
         self._make_room(found.role, present)
         self._names += 1
         cookie = new_token()
@@ -138,7 +123,7 @@ class Logins:
     def of_cookie(self, cookie: str, now: float) -> Person | None:
         """The person behind a cookie, while the login lasts."""
         found = self._login(cookie, now)
-        return Person(found.id, found.name, found.role) if found else None
+        return found.person if found else None
 
     def all_logins(self) -> list[LoginRecord]:
         """All logins, eldest first."""
@@ -169,11 +154,11 @@ class Logins:
     def synced(self, on_disk: Records, saved: int) -> list[Person]:
         """The file holds this, with the first `saved` of the unsaved changes → the people whom others signed out."""
         del self._unsaved[:saved]
-        before = people_of(self._records)
+        before = self._records.people
         self._records = on_disk.copy()
         for change in self._unsaved:
             change.apply(self._records)
-        after = people_of(self._records)
+        after = self._records.people
         return [person for digest, person in before.items() if digest not in after]
 
     def open_file(self) -> str:
@@ -210,9 +195,9 @@ class Logins:
     def _end(self, digests: set[str]) -> list[Person]:
         if not digests:
             return []
-        before = people_of(self._records)
+        before = self._records.people
         self._make(Change(revoked=frozenset(digests)))
-        after = people_of(self._records)
+        after = self._records.people
         return [person for digest, person in before.items() if digest not in after]
 
     def _keep(self, cookie: str, person: Person, opener: str, now: float, made: float | None = None) -> None:
@@ -245,7 +230,7 @@ class Logins:
     def _make_room(self, role: str, present: Callable[[Person], bool]) -> None:
         alike = [login for login in self.all_logins() if login.role == role]
         if len(alike) >= MOST_LOGINS:
-            absent = (login for login in alike if not present(Person(login.id, login.name, login.role)))
+            absent = (login for login in alike if not present(login.person))
             self._end({next(absent, alike[0]).digest})
 
     def blocked(self, address: str, now: float) -> bool:
@@ -280,17 +265,6 @@ def key_for(
     key = KeyRecord(fingerprint(token), name, role, kind, now, end)
     AccessFile(home).change([Change(keys=(key,))])
     return token, key
-
-
-def person_of(key: KeyRecord) -> Person:
-    """The program that shows this key with every request."""
-    return Person(f"{BY_KEY}{key.id}", key.name, key.role)
-
-
-def people_of(records: Records) -> dict[str, Person]:
-    """Everybody who may act, by the digest that lets them."""
-    by_login = {one.digest: Person(one.id, one.name, one.role) for one in records.logins.values()}
-    return by_login | {key.digest: person_of(key) for key in records.keys.values()}
 
 
 def fingerprint(token: str) -> str:

@@ -10,6 +10,7 @@ import fcntl
 import os
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -24,6 +25,23 @@ NOT_KEPT = "Keys and logins could not be saved"
 
 KeyKind = Literal["start", "link", "file", "program"]
 """Printed when the console starts; made for someone; read from --token-file; fixed, for a program."""
+
+
+RANK = {"public": 0, "viewer": 1, "operator": 2, "admin": 3}
+BY_KEY = "token-"  # begins the id of who shows a key with every request
+
+
+@dataclass(frozen=True)
+class Person:
+    """A person who is signed in, as others see them."""
+
+    id: str
+    name: str
+    role: str = "operator"  # viewer | operator | admin
+
+    def may(self, role: str) -> bool:
+        """Return whether this person's role reaches `role`."""
+        return RANK[self.role] >= RANK[role]
 
 
 class KeyRecord(msgspec.Struct, frozen=True):
@@ -41,6 +59,11 @@ class KeyRecord(msgspec.Struct, frozen=True):
         """How it is called where the secret is not to be seen."""
         return self.digest[:8]
 
+    @property
+    def person(self) -> Person:
+        """The program that shows this key with every request."""
+        return Person(f"{BY_KEY}{self.id}", self.name, self.role)
+
 
 class LoginRecord(msgspec.Struct, frozen=True):
     """A login of a browser, by the fingerprint of its cookie."""
@@ -53,6 +76,11 @@ class LoginRecord(msgspec.Struct, frozen=True):
     made_s: float  # Unix time
     end_s: float  # Unix time
 
+    @property
+    def person(self) -> Person:
+        """The person who signed in."""
+        return Person(self.id, self.name, self.role)
+
 
 class Records(msgspec.Struct):
     """All keys and logins, by their digests."""
@@ -63,6 +91,11 @@ class Records(msgspec.Struct):
     def copy(self) -> Records:
         """The same, to be changed apart."""
         return Records(dict(self.keys), dict(self.logins))
+
+    @property
+    def people(self) -> dict[str, Person]:
+        """Everybody who may act, by the digest that lets them."""
+        return {digest: one.person for digest, one in (*self.logins.items(), *self.keys.items())}
 
 
 class Change(msgspec.Struct, frozen=True):

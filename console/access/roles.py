@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 from starlette.routing import BaseRoute, Match, Mount
 
-from console.access.logins import RANK
+from console.access.records import RANK
 
 T = TypeVar("T", bound=Callable[..., Any])
 

@@ -8,7 +8,8 @@ import msgspec
 from fastapi import Request, Response
 from pydantic import Field
 
-from console.access.logins import ANYBODY, BY_KEY, LIFE, Person
+from console.access.logins import ANYBODY, LIFE, Person
+from console.access.records import BY_KEY
 from console.access.roles import KEY, needs
 from console.api import AccessRules, Dispatcher, HistoryInUse, RequestBody, Sockets, Who, problems, router
 from console.http.problems import Problem

@@ -14,14 +14,12 @@ from pydantic import Field
 from console.access.roles import ZIP_LIMIT, needs
 from console.api import RequestBody, SavedMaps, Who, problems, router, sends_file
 from console.http.downloads import file_named, zip_named
-from console.http.problems import Problem
 from console.maps.plan import plan_pdf, plan_svg
 from console.maps.store import MAX_NAME_LETTERS, MapInfo, SavedMapFacts
 from console.maps.trajectory import laid_out
 from core.message import Array
 from core.pipelines.nav2_map import map_pixels, nav2_map
 from core.pipelines.slam_files import landmarks_csv, trajectory_tum
-from core.sentences import Statement
 from core.slam.map.occupancy import OccupancyGrid
 
 maps = router("map", 409, 429, 503, 507)
@@ -204,9 +202,7 @@ async def match(asked: MatchRequest, maps: SavedMaps) -> MapMatchRow:
 @needs("viewer")
 async def match_picture(id: MatchId, maps: SavedMaps) -> Response:
     """Both maps over each other: the older one dark, the newer one red where they differ."""
-    if not maps.shows(id):
-        raise Problem(404, Statement("join.gone"))
-    return Response(maps.proposal(id).picture, media_type="image/png")
+    return Response(maps.proposal(id, 404).picture, media_type="image/png")
 
 
 @maps.post("/maps/join", responses=problems(404), status_code=201)

@@ -78,7 +78,7 @@ class LinkRequest(RequestBody):
 @needs("admin")
 async def listed(access: AccessRules, sockets: Sockets, who: Who) -> SignInList:
     """List who is signed in, and by which keys one may sign in."""
-    rows = [session_row(one, sockets.are_open(person_of(one)), who) for one in access.logins.all_logins()]
+    rows = [session_row(one, sockets.are_open(one.person), who) for one in access.logins.all_logins()]
     return SignInList(rows, [key_row(key) for key in access.logins.all_keys()])
 
 
@@ -144,11 +144,6 @@ def path_of_proxy(request: Request) -> str:
 def is_here(address: str) -> bool:
     """Return whether an address leads to the very machine on which it is opened."""
     return address.partition("://")[2].startswith(HERE)
-
-
-def person_of(login: LoginRecord) -> Person:
-    """Whose login it is."""
-    return Person(login.id, login.name, login.role)
 
 
 def session_row(login: LoginRecord, present: bool, who: Person) -> SignedIn:

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from console.calibration import jobs
-from console.calibration.codec import THUMBNAIL_PX, advised_view, board_of, jpeg, png, points
+from console.calibration.codec import THUMBNAIL_PX, advised_view, board_of, png, points
 from console.calibration.session_worker import SessionWorker
 from console.messages.calibration import (
     CalibrationBars,
@@ -16,7 +16,7 @@ from console.messages.calibration import (
     CalibrationVerdict,
     CalibrationView,
 )
-from console.workers.pictures import decode_upload
+from console.workers.pictures import decode_upload, jpeg
 from core.calibration.board.board import Board
 from core.calibration.camera.session import CameraSession, CameraState, PictureVerdict
 from core.calibration.reports import camera_report, kept

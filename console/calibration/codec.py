@@ -38,14 +38,6 @@ def png(grey: Array) -> bytes:
     return cv2.imencode(".png", grey)[1].tobytes()
 
 
-def jpeg(picture: Array, longest: int | None = None, quality: int = 85) -> bytes:
-    """Made smaller where a side is longer than `longest` [pixel]."""
-    scale = 1.0 if longest is None else min(1.0, longest / max(picture.shape[:2]))
-    if scale < 1:
-        picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
-
-
 def camera_in(session: CalibrationSessionState) -> CameraModel | None:
     """The solved camera, where there is one."""
     if session.kind != "camera" or session.solution is None:

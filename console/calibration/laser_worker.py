@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 
 from console.calibration import jobs
-from console.calibration.codec import THUMBNAIL_PX, advised_view, jpeg, png, points
+from console.calibration.codec import THUMBNAIL_PX, advised_view, png, points
 from console.calibration.laser_state import LaserState, resumed
 from console.calibration.session_worker import SessionWorker
 from console.messages.calibration import (
@@ -14,6 +14,7 @@ from console.messages.calibration import (
     CalibrationVerdict,
     CalibrationView,
 )
+from console.workers.pictures import jpeg
 from core.calibration.board.board import Board
 from core.calibration.files.pictures import size_words
 from core.calibration.laser.board_line import MeanScan, find_lines, foreground

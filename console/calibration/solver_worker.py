@@ -7,8 +7,9 @@ import numpy as np
 
 from console.calibration import jobs
 from console.calibration.camera_worker import read_grey
-from console.calibration.codec import board_of, jpeg
+from console.calibration.codec import board_of
 from console.calibration.laser_state import resumed
+from console.workers.pictures import jpeg
 from core.calibration.camera.facts import known_facts
 from core.calibration.camera.intrinsics import Calibration
 from core.calibration.camera.session import CameraSession, CameraState

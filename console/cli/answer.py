@@ -10,7 +10,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Generator, Iterable, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 from types import TracebackType
@@ -58,6 +58,29 @@ def add_out_file(parser: argparse.ArgumentParser, name: str, purpose: str, *, re
     """The same for a single file."""
     parser.add_argument("--out", type=Path, required=required, metavar=name, help=purpose)
     parser.set_defaults(check_out=check_file)
+
+
+def number(low: float, high: float, otherwise: str) -> Callable[[str], float]:
+    """A reader of an argument that is a number within bounds; `otherwise`: the sentence that refuses it."""
+
+    def read(text: str) -> float:
+        with suppress(ValueError):
+            if low <= (value := float(text)) <= high:
+                return value
+        raise argparse.ArgumentTypeError(otherwise)
+
+    return read
+
+
+def whole_number(low: int, high: int, otherwise: str) -> Callable[[str], int]:
+    """The same for a whole number, in digits alone."""
+
+    def read(text: str) -> int:
+        if not (text.isascii() and text.isdigit() and len(text) <= len(str(high)) and low <= int(text) <= high):
+            raise argparse.ArgumentTypeError(otherwise)
+        return int(text)
+
+    return read
 
 
 def plain(value: Any) -> Any:
@@ -124,16 +147,15 @@ class GrowingJson:
     A command that is ended before its last entry (Ctrl+C, SIGTERM) leaves a whole object with those that were ready.
     """
 
-    def __init__(self, member: str, head: Mapping[str, object] | None = None, *, named: bool = True) -> None:
-        """`member` is an object whose entries have names, or else a list; `head` has what stands before it."""
-        self._member, self._head, self._ends = member, head or {}, "{}" if named else "[]"
+    def __init__(self, member: str, *, named: bool = True) -> None:
+        """`member` is an object whose entries have names, or else a list."""
+        self._member, self._ends = member, "{}" if named else "[]"
         self._named, self._count = named, 0
         self.tail: dict[str, object] = {}  # what stands after the member
 
     def __enter__(self) -> GrowingJson:
         JSON_BEGUN.set(True)
-        begin = {**self._head, self._member: None}
-        self._print(_json(begin).removesuffix("null}") + self._ends[0])
+        self._print(_json({self._member: None}).removesuffix("null}") + self._ends[0])
         self._before = signal.signal(signal.SIGTERM, signal.default_int_handler)
         return self
 

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, add_out, add_out_file, answer, progress, write, write_json
+from console.cli.answer import add_json, add_out, add_out_file, answer, number, progress, write, write_json
 from core.calibration.board.board import Board
 from core.errors import BadInput, BadSettings
 
@@ -17,6 +17,12 @@ if TYPE_CHECKING:
 
 SETTINGS = "only its [chapter] mode counts: printed solves and writes as the chapter does (eq. 13, eq. 44)"
 MAX_HEIGHT_M = 2.0  # the camera above or below the laser
+height = number(
+    -MAX_HEIGHT_M,
+    MAX_HEIGHT_M,
+    f"Give the height of the camera above the laser in metres, between -{MAX_HEIGHT_M:g} and {MAX_HEIGHT_M:g}.",
+)
+angle = number(-360, 360, "Give angles in degrees with commas between them, as in 0,90,180,-90.")
 
 
 def add(places: Any) -> None:
@@ -161,20 +167,6 @@ def _add_board_page(kinds: Any) -> None:
     parser.set_defaults(run=run_board_page)
 
 
-def height(text: str) -> float:
-    """'0.05' → height [m]."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not -MAX_HEIGHT_M <= value <= MAX_HEIGHT_M:
-        raise argparse.ArgumentTypeError(
-            "Give the height of the camera above the laser in metres, "
-            f"between -{MAX_HEIGHT_M:g} and {MAX_HEIGHT_M:g}."
-        )
-    return value
-
-
 SIDES_DEG = (0.0, 90.0, 180.0, -90.0)  # [deg]
 
 
@@ -203,7 +195,7 @@ def run_array(chosen: argparse.Namespace) -> int:
     from core.pipelines.calibrate_microphones import calibrate_array  # scipy takes a moment
     from core.sensors.microphones import load_array
 
-    azimuths = [math.radians(angle) for angle in chosen.azimuths]
+    azimuths = [math.radians(azimuth) for azimuth in chosen.azimuths]
     with progress() as shown:
         report = calibrate_array(chosen.sounds, azimuths, load_array(chosen.array), chosen.out, progress=shown)
     return answer(chosen, report, *array_lines(report), warnings=report["warnings"])
@@ -225,13 +217,7 @@ def array_lines(report: OrientationFigures) -> list[str]:
 
 def degrees(text: str) -> list[float]:
     """'0,90' → angles [deg]."""
-    try:
-        angles = [float(part) for part in text.split(",")]
-    except ValueError:
-        angles = [math.nan]
-    if not all(-360 <= angle <= 360 for angle in angles):
-        raise argparse.ArgumentTypeError("Give angles in degrees with commas between them, as in 0,90,180,-90.")
-    return angles
+    return [angle(part) for part in text.split(",")]
 
 
 # `--board 9x6 --square 0.025 --panel 0.34x0.25` of a command line → a board.

@@ -6,7 +6,18 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from console.cli.answer import ShownProgress, add_json, add_out, answer, progress, tell, write, write_json
+from console.cli.answer import (
+    ShownProgress,
+    add_json,
+    add_out,
+    answer,
+    number,
+    progress,
+    tell,
+    whole_number,
+    write,
+    write_json,
+)
 from core.errors import BadSettings, Unavailable
 from core.experiments import EXPERIMENTS
 from core.experiments.campaign import REPORT_EVERY_S, Campaign
@@ -19,6 +30,10 @@ SWEEP, ALL = "sweep", "all"
 COURSE_OPTIONS = ("data", "noise", "field", "still", "ids", "through", "settings")
 LEAST_NOISE, MOST_NOISE = 0.05, 20.0
 TERMINAL_EVERY_S = 0.2  # of a progress that changes in its line
+runs = whole_number(1, MOST_RUNS, f"Give a whole number of runs between 1 and {MOST_RUNS}.")
+workers = whole_number(1, MAX_WORKERS, f"Give a whole number of processes between 1 and {MAX_WORKERS}.")
+seed = whole_number(0, 10**18 - 1, "A seed is a whole number from 0 on, of at most 18 digits.")
+noise = number(LEAST_NOISE, MOST_NOISE, f"Give a number between {LEAST_NOISE:g} and {MOST_NOISE:g}.")
 
 
 def add(places: Any) -> None:
@@ -187,37 +202,3 @@ def experiment(text: str) -> str:
             f"There is no experiment {text[:40]}; there are {', '.join(sorted(EXPERIMENTS))}."
         )
     return text
-
-
-def runs(text: str) -> int:
-    """'40' → a number of runs."""
-    return _number(text, MOST_RUNS, "runs")
-
-
-def workers(text: str) -> int:
-    """'4' → a number of processes."""
-    return _number(text, MAX_WORKERS, "processes")
-
-
-def _number(text: str, most: int, of: str) -> int:
-    if not (text.isascii() and text.isdigit() and len(text) <= 9 and 1 <= int(text) <= most):
-        raise argparse.ArgumentTypeError(f"Give a whole number of {of} between 1 and {most}.")
-    return int(text)
-
-
-def seed(text: str) -> int:
-    """'7' → a seed."""
-    if not (text.isascii() and text.isdigit() and len(text) <= 18):
-        raise argparse.ArgumentTypeError("A seed is a whole number from 0 on, of at most 18 digits.")
-    return int(text)
-
-
-def noise(text: str) -> float:
-    """'2' → a factor."""
-    try:
-        factor = float(text)
-    except ValueError:
-        factor = math.nan
-    if not LEAST_NOISE <= factor <= MOST_NOISE:
-        raise argparse.ArgumentTypeError(f"Give a number between {LEAST_NOISE:g} and {MOST_NOISE:g}.")
-    return factor

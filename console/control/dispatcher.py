@@ -326,16 +326,12 @@ class CommandDispatcher:
         self._stop_controller.tick(status, now)
         self._watch_gate(status, now)
 
-    def all_ended(self, endings: Sequence[ActiveCommandStatus]) -> None:
-        """The pilot reports which active commands ended."""
+    def ended(self, endings: Sequence[ActiveCommandStatus]) -> None:
+        """The pilot reports how active commands ended."""
         for status in endings:
-            self.ended(status)
-
-    def ended(self, status: ActiveCommandStatus) -> None:
-        """The pilot reports how an active command ended."""
-        self.setpoint_sender.revoke(status.id)
-        self._active.end(status.id)
-        self._history.end(status.id, status.state, status.remark)
+            self.setpoint_sender.revoke(status.id)
+            self._active.end(status.id)
+            self._history.end(status.id, status.state, status.remark)
 
     def ended_without_pilot(self, why: str) -> None:
         """No pilot says it now: everything under way has failed, and a pilot that comes to itself hears so."""

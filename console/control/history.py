@@ -13,7 +13,6 @@ from itertools import islice
 from pathlib import Path
 from typing import TypedDict, Unpack
 
-from console.access.allowance import EntryAllowance
 from console.access.logins import Person
 from console.control.history_store import MAX_REMEMBERED_ENTRIES, HistoryEntry, HistoryStore
 from core.commands.command import Command
@@ -49,6 +48,24 @@ class CountedEntry:
 
     entry: HistoryEntry
     number: int = 0
+
+
+class EntryAllowance:
+    """Entries of one person: a bucket that holds `most`, and gains `a_minute` of them every minute."""
+
+    def __init__(self, most: int, a_minute: float) -> None:
+        self._most, self._rate = most, a_minute / 60.0
+        self._left, self._at = float(most), float("-inf")
+
+    def take(self, now: float) -> bool:
+        """One of them at `now` [s] → whether there was one."""
+        if self._at > float("-inf"):
+            self._left = min(self._most, self._left + self._rate * (now - self._at))
+        self._at = now
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True
 
 
 class History:

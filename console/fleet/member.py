@@ -10,7 +10,6 @@ import time
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-import cv2
 import msgspec
 
 from console.access.logins import Logins, Person
@@ -38,6 +37,7 @@ from console.maps.service import MapService
 from console.messages import filled
 from console.part import Part
 from console.robot.supervisor import RobotSupervisor
+from console.workers.pictures import jpeg
 from core.errors import BadInput, Unavailable
 from core.robots.ros.zenoh_session import load_zenoh
 from core.sensors import Image, SensorFrame
@@ -51,8 +51,7 @@ STAND_TIMEOUT_S = 0.9  # within which the gate must show zero
 LOOK_PERIOD_S = 0.002
 STILL_M_S, STILL_RAD_S = 0.001, 0.001  # of the gate's setpoint
 KEY_LIFE_S = 12 * 3600.0
-PICTURE_WIDTH_PX = 320
-PICTURE_QUALITY = [cv2.IMWRITE_JPEG_QUALITY, 70]
+MAX_PICTURE_SIDE_PX, PICTURE_QUALITY = 320, 70
 FAREWELL_S = 0.3
 ADMISSION_PAUSE_S = 0.3  # before the router is asked once more
 NOTICE_CAUSE = "fleet"  # of the notices
@@ -228,7 +227,10 @@ class FleetMember(Part):
         image = self._image
         if image is not None:
             if self._packed is None or self._packed[0] != image.stamp:
-                self._packed = image.stamp, await asyncio.to_thread(_small, image)
+                self._packed = (
+                    image.stamp,
+                    await asyncio.to_thread(jpeg, image.pixels, MAX_PICTURE_SIDE_PX, PICTURE_QUALITY),
+                )
             await asyncio.to_thread(query.reply, key_of(self._options.name, "picture"), self._packed[1])
         query.drop()
 
@@ -238,15 +240,6 @@ class FleetMember(Part):
         answer = msgspec.json.encode(FleetKeyAnswer(token, self._certificate))
         await asyncio.to_thread(query.reply, key_of(self._options.name, "key"), answer)
         query.drop()
-
-
-def _small(image: Image) -> bytes:
-    """A picture as a card of the fleet's page shows it (JPEG)."""
-    height, width = image.pixels.shape[:2]
-    scale = min(1.0, PICTURE_WIDTH_PX / width)
-    size = (max(1, round(scale * width)), max(1, round(scale * height)))
-    small = cv2.resize(image.pixels, size, interpolation=cv2.INTER_AREA)
-    return cv2.imencode(".jpg", small, PICTURE_QUALITY)[1].tobytes()
 
 
 class FleetSession:

@@ -18,7 +18,7 @@ import websockets
 from starlette.types import Receive, Scope, Send
 from websockets.asyncio.client import ClientConnection, connect
 
-from console.access.guard import SAFE_METHODS, dress
+from console.access.guard import SAFE_METHODS, refuse
 from console.access.logins import Person
 from console.access.open_sockets import TooMany
 from console.access.roles import needs
@@ -59,7 +59,7 @@ class RobotConsoles:
             else:
                 await self._request(name, f"/{path}", scope, receive, send)
         except Problem as problem:
-            await _refuse(scope, send, problem)
+            await refuse(scope, receive, send, problem)
 
     async def _address(self, name: str, who: Person, *, renew: bool = False) -> tuple[SplitResult, FleetKeyAnswer]:
         """The address of a robot's console, and a key for it. Raises Problem 403, 404, 503."""
@@ -156,13 +156,11 @@ class RobotConsoles:
                 )
             except websockets.InvalidStatus as refused:
                 if refused.response.status_code != 401:
-                    raise Problem(
-                        503, Statement("fleet.console_unreached", name=name, address=address.netloc)
-                    ) from None
+                    raise _unreached(address, name) from None
             except (ssl.SSLError, ValueError) as why:
                 refusal = _not_known(address, name, why)
             except (OSError, TimeoutError, websockets.WebSocketException):
-                raise Problem(503, Statement("fleet.console_unreached", name=name, address=address.netloc)) from None
+                raise _unreached(address, name) from None
         raise refusal
 
 
@@ -184,7 +182,7 @@ class Upstream:
         except ssl.SSLError:
             raise
         except (OSError, TimeoutError):
-            raise Problem(503, Statement("fleet.console_unreached", name=name, address=address.netloc)) from None
+            raise _unreached(address, name) from None
         return cls(*streams, address)
 
     async def ask(
@@ -278,10 +276,8 @@ async def _joined(
         await asyncio.gather(*ways, return_exceptions=True)
 
 
-async def _refuse(scope: Scope, send: Send, problem: Problem) -> None:
-    headers = dress(problem.header_list())
-    await send({"type": "http.response.start", "status": problem.status, "headers": headers})
-    await send({"type": "http.response.body", "body": problem.body()})
+def _unreached(address: SplitResult, name: str) -> Problem:
+    return Problem(503, Statement("fleet.console_unreached", name=name, address=address.netloc))
 
 
 def _not_known(address: SplitResult, name: str, why: ValueError | ssl.SSLError) -> Problem:

@@ -7,6 +7,7 @@ is the number of its last edit. Nothing of what the robot saw is changed; a turn
 import asyncio
 import math
 import time
+from functools import partial
 
 import msgspec
 import numpy as np
@@ -15,7 +16,7 @@ from console.access.logins import Person
 from console.control.dispatcher import CommandDispatcher
 from console.control.lease import Lease
 from console.http.problems import Problem
-from console.maps.marks import EditKind, EditMark, MapMarks, anchor_at
+from console.maps.marks import EditKind, EditMark, anchor_at
 from console.maps.service import MapService
 from console.part import Part
 from core.errors import BadInput
@@ -95,13 +96,10 @@ class EditService(Part):
     async def _change(self, edits: tuple[EditMark, ...], words: str, who: Person) -> None:
         """These are the edits from now on; a turn is carried out before, and saved with the whole map."""
         angle = _turned(edits) - _turned(self.edits)
-
-        def change(marks: MapMarks) -> MapMarks:
-            return msgspec.structs.replace(marks, edits=edits)
-
         if angle:
             await self._turn_by(angle)
         try:
+            change = partial(msgspec.structs.replace, edits=edits)
             await self._maps.mark(change, words, who, whole=bool(angle))
         except BaseException:
             if angle:

@@ -4,6 +4,8 @@ Each mark is anchored to the submap that was nearest when it was made: where a l
 moves with it.
 """
 
+from __future__ import annotations
+
 import itertools
 import json
 import math
@@ -137,6 +139,11 @@ class MapMarks(msgspec.Struct, frozen=True):
     zones: tuple[ZoneMark, ...] = ()
     routes: tuple[RouteMark, ...] = ()
     edits: tuple[EditMark, ...] = ()
+
+    def without(self, kind: Literal["places", "zones", "routes"], name: str) -> MapMarks:
+        """The marks but for this one."""
+        left = tuple(one for one in getattr(self, kind) if one.name != name)
+        return msgspec.structs.replace(self, **{kind: left})
 
 
 def put_together(older: MapMarks, newer: MapMarks, submaps: int) -> MapMarks:

@@ -95,11 +95,7 @@ class PlaceService(Part):
     async def remove(self, name: str, who: Person) -> None:
         """Forget a place. Raises Problem 404, 503, Unwritable."""
         old = self.find(name)
-
-        def change(marks: MapMarks) -> MapMarks:
-            return msgspec.structs.replace(marks, places=tuple(one for one in marks.places if one.name != old.name))
-
-        await self._maps.mark(change, f"place {old.name} removed", who)
+        await self._maps.mark(lambda marks: marks.without("places", old.name), f"place {old.name} removed", who)
 
     def wall_near(self, place: NamedPlace) -> float | None:
         """Distance [m] from a place to the nearest wall of the map; None: none within `WALL_NEAR_M`."""

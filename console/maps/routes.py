@@ -172,11 +172,7 @@ class RouteService(Part):
     async def remove(self, name: str, who: Person) -> None:
         """Remove a route; one that runs goes on with its own copy. Raises Problem 404, 503, Unwritable."""
         gone = self.find(name)
-
-        def change(marks: MapMarks) -> MapMarks:
-            return msgspec.structs.replace(marks, routes=tuple(one for one in marks.routes if one.name != gone.name))
-
-        await self._maps.mark(change, f"route {gone.name} removed", who)
+        await self._maps.mark(lambda marks: marks.without("routes", gone.name), f"route {gone.name} removed", who)
 
     # the route under way
 
@@ -241,7 +237,7 @@ class RouteService(Part):
         run = self._running(who)
         self._lease.check_not_anothers(who)
         paused = run.state == "paused"
-        self._end_command("cancelled", Statement("routes.skipped", who=who.name))
+        self._end_command(Statement("routes.skipped", who=who.name))
         self._note(run, "skipped", Statement("routes.skipped", who=who.name))
         run.skipped += 1
         self._next(run, stand=paused)
@@ -488,15 +484,15 @@ class RouteService(Part):
     def _stand(self, run: RouteRun, state: RouteState, why: str) -> None:
         """The robot stands; the route waits for a person, or is over."""
         run.state, run.reason = state, why
-        self._end_command("cancelled", why)
+        self._end_command(why)
         run.command = None
         self._report(run)
 
-    def _end_command(self, state: Ending, why: str) -> None:
+    def _end_command(self, why: str) -> None:
         if self.run_now is not None and self.run_now.command is not None:
             self._own = True
             try:
-                self._dispatcher.cancel(state, why)
+                self._dispatcher.cancel("cancelled", why)
             finally:
                 self._own = False
             self.run_now.command = None

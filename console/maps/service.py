@@ -293,14 +293,10 @@ class MapService(Part):
             self._proposal = JoinProposal(secrets.token_hex(4), one, two, maps, drawn.found, drawn.picture)
             return self._proposal
 
-    def shows(self, number: str) -> bool:
-        """Return whether this is the match that was shown last."""
-        return self._proposal is not None and self._proposal.id == number
-
-    def proposal(self, number: str) -> JoinProposal:
-        """The match that was shown last. Raises Problem 409."""
+    def proposal(self, number: str, status: int = 409) -> JoinProposal:
+        """The match that was shown last. Raises a Problem of this status for another one."""
         if self._proposal is None or self._proposal.id != number:
-            raise Problem(409, Statement("join.gone"))
+            raise Problem(status, Statement("join.gone"))
         return self._proposal
 
     async def join(self, number: str, name: str, who: Person) -> MapInfo:
@@ -405,7 +401,7 @@ class MapService(Part):
         self._check_fits(card)
         saved = await self._on_disk(asyncio.to_thread(lambda: SavedMap.from_files(self._store.checked(kept) / FLOOR)))
         marks = await self._on_disk(asyncio.to_thread(read_marks, kept.folder))
-        self._not_anothers(who)
+        self._lease.check_not_anothers(who)
         pilot = self._piloting()
         pilot.enter_map(saved)
         self._dispatcher.cancel("cancelled", Statement("pilot.other_map"))
@@ -505,7 +501,7 @@ class MapService(Part):
         """A closure does not hold: the rooms go back to where they would be without it. Raises Problem."""
         if self._closure(number).state == "undone":
             raise Problem(409, "That closure is undone already.")
-        self._not_anothers(who)
+        self._lease.check_not_anothers(who)
         self._piloting().undo_closure(number)
         self._history.add("closure", who, words=f"undo {number}")
 
@@ -513,7 +509,7 @@ class MapService(Part):
         """It holds after all. Raises Problem."""
         if self._closure(number).state != "undone":
             raise Problem(409, "That closure is not undone; there is nothing to take back.")
-        self._not_anothers(who)
+        self._lease.check_not_anothers(who)
         self._piloting().redo_closure(number)
         self._history.add("closure", who, words=f"redo {number}")
 
@@ -525,7 +521,7 @@ class MapService(Part):
             raise Problem(409, "The robot is not lost; it knows where it is.")
         if self._robot.link()[0] not in REACHED:
             raise Problem(503, self._robot.trouble or Statement("robot.unreached"))
-        self._not_anothers(who)
+        self._lease.check_not_anothers(who)
         self._piloting().place_at(x, y, heading)
         self._dispatcher.cancel("cancelled", "The robot's place was set.")
         self._history.add("here", who, words=f"I am at {x:.2f} and {y:.2f}")
@@ -564,10 +560,6 @@ class MapService(Part):
         if self._dispatcher.pilot is None:
             raise Problem(503, Statement("pilot.not_running"))
         return self._dispatcher.pilot
-
-    def _not_anothers(self, who: Person) -> None:
-        """Only the driver may change the map under a robot."""
-        self._lease.check_not_anothers(who)
 
     async def _listed(self) -> list[StoredMap]:
         if not self._clean:

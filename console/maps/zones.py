@@ -126,14 +126,10 @@ class ZoneService(Part):
     async def remove(self, name: str, who: Person) -> None:
         """Remove a zone. Raises Problem 404, 503, Refused, Unwritable."""
         self._lease.check_not_anothers(who)
-
-        def change(marks: MapMarks) -> MapMarks:
-            left = tuple(one for one in marks.zones if key_of(one.name) != key_of(name))
-            if len(left) == len(marks.zones):
-                raise Problem(404, Statement("zones.gone"))
-            return msgspec.structs.replace(marks, zones=left)
-
-        await self._maps.mark(change, f"zone {name} removed", who)
+        gone = next((one.name for one in self._maps.marks.zones if key_of(one.name) == key_of(name)), None)
+        if gone is None:
+            raise Problem(404, Statement("zones.gone"))
+        await self._maps.mark(lambda marks: marks.without("zones", gone), f"zone {name} removed", who)
 
     # steps of the above
 

@@ -25,6 +25,7 @@ import numpy as np
 from mcap.reader import make_reader
 
 from console.workers.job import Job
+from console.workers.pictures import jpeg
 from core.errors import Refused, Unwritable
 from core.gate.status import GateStatus
 from core.message import Array
@@ -45,7 +46,7 @@ from core.sensors import SensorFrame
 from core.sentences import SentenceCode, Statement, code_of, coded
 from core.snapshot import PilotInputs, Snapshot
 
-PICTURE_WIDTH = 240  # [pixel] of the one in the list
+PICTURE_SIDE_PX, PICTURE_QUALITY = 240, 95  # of the one in the list
 DESCRIPTION = "beckon"  # name of the metadata record
 RECOVERED = Statement("recording.recovered")
 MAX_WAITING_BATCHES = 8  # that have come and are not yet written; then the console waits
@@ -397,13 +398,9 @@ class RecorderWorker:
 
 
 def small_picture(packed: Array) -> bytes:
-    """A JPEG, or another packed picture → a JPEG of `PICTURE_WIDTH`; empty where it is none."""
+    """A JPEG, or another packed picture → a small JPEG; empty where it is none."""
     pixels: Array | None = cv2.imdecode(np.asarray(packed, np.uint8), cv2.IMREAD_COLOR)
-    if pixels is None:
-        return b""
-    height = round(PICTURE_WIDTH * pixels.shape[0] / pixels.shape[1])
-    small = cv2.resize(pixels, (PICTURE_WIDTH, height), interpolation=cv2.INTER_AREA)
-    return cv2.imencode(".jpg", small)[1].tobytes()
+    return b"" if pixels is None else jpeg(pixels, PICTURE_SIDE_PX, PICTURE_QUALITY)
 
 
 def described(

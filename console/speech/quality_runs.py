@@ -10,6 +10,7 @@ from pathlib import Path
 import msgspec
 
 from console.access.logins import Person
+from console.messages import filled
 from console.run_store import RunState, RunStore, StoredRun
 from console.speech.quality_jobs import BeginQuality, ListenClose, MeasureQuality, QualityRow, QualitySetup
 from console.workers.worker import Worker, WorkerLost
@@ -52,20 +53,9 @@ class QualityRun(StoredRun, kw_only=True):
     @property
     def shown(self) -> QualityRunState:
         """Everything but the pages."""
-        return QualityRunState(
-            id=self.id,
-            who=self.who,
-            at_s=self.at_s,
-            setup=self.setup,
-            state=self.state,
-            doing=self.doing,
-            reason=self.reason,
-            progress=self.progress or 0.0,
-            voice=self.voice,
-            rows=list(self.rows),
-            reports=[bool(page) for page in self.pages],
-            summary=summary(self.rows),
-        )
+        reports = [bool(page) for page in self.pages]
+        own = {"progress": self.progress or 0.0, "rows": list(self.rows), "reports": reports}
+        return filled(QualityRunState, self, summary=summary(self.rows), **own)
 
 
 class QualityRuns(RunStore[QualityRun]):

@@ -142,7 +142,7 @@ class RoomTranscriber(Part):
 
     def warm(self, array: MicrophoneArray | None) -> None:
         """Start what reads the words, and load its model: someone is about to speak to this array."""
-        if array is not None and self._task is None and not self.trouble and not self._worker.ready:
+        if array is not None and self._task is None and not self.trouble and not self._worker.listens:
             self._array = array if array.dimensions >= 2 else None
             self._task = asyncio.get_running_loop().create_task(self._read())
 
@@ -177,7 +177,7 @@ class RoomTranscriber(Part):
         newest = self.utterances[-1] if self.utterances else None
         fresh = newest is not None and 0 <= self.stamp - newest.t1_s < OFFER_TIME_S
         offered = newest.suggested_commands if newest is not None and fresh else ()
-        return TranscriptionStatus(starting=not self.trouble and not self._worker.ready, suggested_commands=offered)
+        return TranscriptionStatus(starting=not self.trouble and not self._worker.listens, suggested_commands=offered)
 
     @property
     def engine(self) -> str:

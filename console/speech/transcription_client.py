@@ -25,12 +25,12 @@ PARTIAL_REST = 2.0  # times as long as such a reading took, the next one waits
 MAX_REJECTED = 8  # commands rejected while nobody listens: of more than these only the newest count
 
 
-class TranscriptionClient:
+class TranscriptionClient(Worker):
     """The worker of one listener. Lives on the event loop; raises WorkerLost and the errors of the process."""
 
     def __init__(self) -> None:
+        super().__init__("words")
         self.engine = ""  # a sentence: which engine reads the words, and why; "": none has begun
-        self._worker = Worker("words")
         self._rejected: deque[tuple[str, float]] = deque(maxlen=MAX_REJECTED)  # sent with the next sound
         self._speaker = 0
         self._begun = 0  # the process's start that knows how to listen
@@ -39,14 +39,9 @@ class TranscriptionClient:
         self._places_sent = True  # to the process
 
     @property
-    def alive(self) -> bool:
-        """True while there is a process."""
-        return self._worker.alive
-
-    @property
-    def ready(self) -> bool:
+    def listens(self) -> bool:
         """True if the words of the next sound are read without starting a process first."""
-        return self._worker.alive and self._worker.starts == self._begun
+        return self.alive and self.starts == self._begun
 
     def learn(self, places: tuple[NamedPlace, ...]) -> None:
         """Hear these places by their names from the next sound on."""
@@ -54,8 +49,8 @@ class TranscriptionClient:
 
     async def begun(self) -> bool:
         """Start the process where there is none; return whether it knows how to listen."""
-        await self._worker.ready()
-        return self._worker.starts == self._begun
+        await self.ready()
+        return self.starts == self._begun
 
     async def begin(
         self, settings: SpeechSettings, *, held: bool = False, array: MicrophoneArray | None = None, speaker: int = 0
@@ -69,8 +64,8 @@ class TranscriptionClient:
         self._speaker, self._partial_from = speaker, 0.0
         job = BeginListening(settings, held, array, speaker, self._places)
         self._places_sent = True
-        self.engine = await self._worker.ask(job, budget=BUDGET_S)
-        self._begun = self._worker.starts
+        self.engine = await self.ask(job, budget=BUDGET_S)
+        self._begun = self.starts
 
     async def feed(self, samples: Array, rate: int, stamp: float) -> list[RecognizedUtterance]:
         """Samples (N,) of full scale ±1, or (N, M) of the array's microphones in their order, first at `stamp` [s] →
@@ -83,7 +78,7 @@ class TranscriptionClient:
         channels = samples[0].size if len(samples) else 1
         job = HearSound(raw, rate, stamp, channels, rejected, None if self._places_sent else self._places)
         self._places_sent = True
-        return received(await self._worker.ask(job, budget=BUDGET_S), self._places)
+        return received(await self.ask(job, budget=BUDGET_S), self._places)
 
     def reject(self, words: str) -> None:
         """These words, as a command, were rejected: said again, they most likely are others."""
@@ -96,22 +91,14 @@ class TranscriptionClient:
         begun = time.monotonic()
         if begun < self._partial_from:
             return ""
-        words = (await self._worker.ask(ReadSoFar(), budget=BUDGET_S))[:MAX_SENTENCE_CHARACTERS]
+        words = (await self.ask(ReadSoFar(), budget=BUDGET_S))[:MAX_SENTENCE_CHARACTERS]
         now = time.monotonic()
         self._partial_from = now + max(PARTIAL_PERIOD_S, PARTIAL_REST * (now - begun))
         return words
 
     async def finish(self) -> list[RecognizedUtterance]:
         """End the sound → the utterances that became known with that."""
-        return received(await self._worker.ask(FinishListening(), budget=BUDGET_S), self._places)
-
-    def kill(self) -> None:
-        """End the process now."""
-        self._worker.kill()
-
-    async def gone(self) -> None:
-        """It was killed: wait until no process is left."""
-        await self._worker.gone()
+        return received(await self.ask(FinishListening(), budget=BUDGET_S), self._places)
 
 
 def received(heard: Iterable[ReadUtterance], places: Iterable[NamedPlace] = ()) -> list[RecognizedUtterance]:

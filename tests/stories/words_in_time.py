@@ -89,7 +89,7 @@ class Reader:
     def __init__(self, pace: Any) -> None:
         self._pace = pace
         self._said: list[tuple[Uttered, RecognizedUtterance]] = []
-        self.alive = self.ready = True
+        self.alive = self.listens = True
 
     def say(self, one: Uttered, ahead: float) -> None:
         """In the sound's own time, which is so far `ahead` [s]."""
