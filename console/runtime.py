@@ -95,7 +95,7 @@ class Runtime:
         self._state_pace = StatePace()
         self._link_monitor = LinkMonitor(robot, self.dispatcher, self.notifications)
         self._sleep, self._opening = SleepWatch(), False
-        self.login_keeper = LoginKeeper(self.access.logins, self._sign_out_revoked, self._logins_unsaved)
+        self.login_keeper = LoginKeeper(self.access.logins, self.sign_out, self._logins_unsaved)
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
         self.parts = make_parts(
@@ -297,8 +297,6 @@ class Runtime:
         if self.pilots.steps and not self.over:
             self.robot.beat()
         self.dispatcher.tick(now)
-        for person in self.access.logins.expire(now):
-            self.sign_out(person, "Your login has expired; sign in again.")
         if self._link_monitor.look(hangs=self.pilots.hangs):
             self._nothing_under_way()
         for part in self.parts:
@@ -310,9 +308,6 @@ class Runtime:
         """This person's login or key is over: they drive no more, and their sockets end."""
         self.dispatcher.forget(person)
         self.sockets.close_of(person, 1008, why)
-
-    def _sign_out_revoked(self, person: Person) -> None:
-        self.sign_out(person, "Your login was ended; sign in again.")
 
     def _logins_unsaved(self, trouble: str) -> None:
         if trouble:

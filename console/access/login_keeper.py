@@ -7,15 +7,18 @@ from console.access.logins import Logins, Person
 from console.part import Part
 from core.errors import BeckonError
 
+ENDED = "Your login was ended; sign in again."
 LOOK_PERIOD_S = 0.5  # between looks at the file: what the command line revokes ends within a second
 
 
 class LoginKeeper(Part):
     """Lives on the event loop."""
 
-    def __init__(self, logins: Logins, signed_out: Callable[[Person], None], tell: Callable[[str], None]) -> None:
-        """`tell`: called with a sentence when the file cannot be had, and with "" when it can again."""
-        self._logins, self._signed_out, self._tell = logins, signed_out, tell
+    def __init__(self, logins: Logins, sign_out: Callable[[Person, str], None], tell: Callable[[str], None]) -> None:
+        """`sign_out`: called with who is no longer signed in, and why; `tell`: with a sentence when the file cannot
+        be had, and with "" when it can again.
+        """
+        self._logins, self._sign_out, self._tell = logins, sign_out, tell
         self._one = asyncio.Lock()
         self._trouble = ""
 
@@ -36,7 +39,12 @@ class LoginKeeper(Part):
             on_disk = await asyncio.to_thread(self._logins.write_out, changes)
             if on_disk is not None:
                 for person in self._logins.synced(on_disk, len(changes)):
-                    self._signed_out(person)
+                    self._sign_out(person, ENDED)
+
+    def tick(self, now: float) -> None:
+        """End the logins whose time is over."""
+        for person in self._logins.expire(now):
+            self._sign_out(person, "Your login has expired; sign in again.")
 
     def _report(self, trouble: str) -> None:
         if trouble != self._trouble:

@@ -14,7 +14,6 @@ from console.calibration import jobs
 from console.calibration.service import CalibrationService, SessionList, listed
 from console.calibration.session import PICTURE_BUDGET, CalibrationSession
 from console.http.problems import Problem
-from console.messages import state as messages
 from console.messages.calibration import (
     CalibrationBoard,
     CalibrationKind,
@@ -69,25 +68,22 @@ class CalibrationDocument(msgspec.Struct, frozen=True):
     """A calibration as its own file in JSON has it; `kind` in what was read from a file."""
 
 
-def session_response(session: CalibrationSession, status: int = 200) -> Response:
-    """A session as JSON."""
-    return Response(messages.encode(session.shown), status, media_type="application/json")
-
-
 @calibration.post("/calibration/sessions", status_code=201)
 @needs("operator")
-@sends(CalibrationSessionState)
 async def begin(
-    asked: SessionRequest, calibration_service: CalibrationSessions, history: HistoryInUse, who: Who
-) -> Response:
+    asked: SessionRequest,
+    calibration_service: CalibrationSessions,
+    history: HistoryInUse,
+    who: Who,
+    response: Response,
+) -> CalibrationSessionState:
     """Begin a session of a wizard."""
     panel = None if asked.board.panel_m is None else (asked.board.panel_m[0], asked.board.panel_m[1])
     board = CalibrationBoard(asked.board.columns, asked.board.rows, asked.board.square_m, panel)
     session = await calibration_service.begin(asked.kind, asked.source, board, asked.height_m)
     history.add("calibration", who, words=f"begin {asked.kind}")
-    response = session_response(session, 201)
     response.headers["Location"] = f"sessions/{session.card.id}"
-    return response
+    return session.shown
 
 
 @calibration.get("/calibration/sessions")
@@ -100,10 +96,9 @@ async def sessions(calibration_service: CalibrationSessions) -> SessionList:
 
 @calibration.get("/calibration/sessions/{id}")
 @needs("viewer")
-@sends(CalibrationSessionState)
-async def one(id: Id, calibration_service: CalibrationSessions) -> Response:
+async def one(id: Id, calibration_service: CalibrationSessions) -> CalibrationSessionState:
     """Everything about a session."""
-    return session_response(calibration_service.find(id))
+    return calibration_service.find(id).shown
 
 
 @calibration.delete("/calibration/sessions/{id}", status_code=204)
@@ -116,12 +111,13 @@ async def delete(id: Id, calibration_service: CalibrationSessions, history: Hist
 
 @calibration.post("/calibration/sessions/{id}/live")
 @needs("operator")
-@sends(CalibrationSessionState)
-async def live(id: Id, asked: LiveCaptureRequest, calibration_service: CalibrationSessions) -> Response:
+async def live(
+    id: Id, asked: LiveCaptureRequest, calibration_service: CalibrationSessions
+) -> CalibrationSessionState:
     """Look at the robot's pictures and scans, and take good ones automatically."""
     session = calibration_service.find(id)
     calibration_service.live(session, on=asked.on)
-    return session_response(session)
+    return session.shown
 
 
 @calibration.post("/calibration/sessions/{id}/pictures")
@@ -152,7 +148,7 @@ async def picture(
         marked = corners or []
         pairs = list(zip(marked[::2], marked[1::2], strict=True))
         await take(session, content, plain(name), pairs)
-    return Response(messages.encode(session.shown.verdict), media_type="application/json")
+    return JsonAnswer(session.shown.verdict)
 
 
 async def take(session: CalibrationSession, content: bytes, name: str, corners: list[tuple[float, float]]) -> None:
@@ -171,37 +167,33 @@ async def capture(id: Id, calibration_service: CalibrationSessions) -> Response:
     """Take the robot's newest picture on purpose."""
     session = calibration_service.find(id)
     await calibration_service.capture(session)
-    return Response(messages.encode(session.shown.verdict), media_type="application/json")
+    return JsonAnswer(session.shown.verdict)
 
 
 @calibration.post("/calibration/sessions/{id}/views/{name}/drop")
 @needs("operator")
-@sends(CalibrationSessionState)
-async def drop(id: Id, name: Name, calibration_service: CalibrationSessions) -> Response:
+async def drop(id: Id, name: Name, calibration_service: CalibrationSessions) -> CalibrationSessionState:
     """Leave a view out; the rest is solved again."""
     return await acted(calibration_service, id, jobs.DropView(name))
 
 
 @calibration.post("/calibration/sessions/{id}/views/{name}/restore")
 @needs("operator")
-@sends(CalibrationSessionState)
-async def restore(id: Id, name: Name, calibration_service: CalibrationSessions) -> Response:
+async def restore(id: Id, name: Name, calibration_service: CalibrationSessions) -> CalibrationSessionState:
     """Take a view back in."""
     return await acted(calibration_service, id, jobs.RestoreView(name))
 
 
 @calibration.post("/calibration/sessions/{id}/skip")
 @needs("operator")
-@sends(CalibrationSessionState)
-async def skip(id: Id, calibration_service: CalibrationSessions) -> Response:
+async def skip(id: Id, calibration_service: CalibrationSessions) -> CalibrationSessionState:
     """Another suggestion, for one who cannot reach the present one."""
     return await acted(calibration_service, id, jobs.SkipAdvice())
 
 
 @calibration.post("/calibration/sessions/{id}/background")
 @needs("operator")
-@sends(CalibrationSessionState)
-async def background(id: Id, calibration_service: CalibrationSessions) -> Response:
+async def background(id: Id, calibration_service: CalibrationSessions) -> CalibrationSessionState:
     """Look at the empty room again."""
     if calibration_service.find(id).card.kind != "laser":
         raise Problem(409, "Only the laser's session looks at the empty room.")
@@ -210,12 +202,11 @@ async def background(id: Id, calibration_service: CalibrationSessions) -> Respon
 
 @calibration.post("/calibration/sessions/{id}/solve", status_code=202)
 @needs("operator")
-@sends(CalibrationSessionState)
-async def solve(id: Id, calibration_service: CalibrationSessions) -> Response:
+async def solve(id: Id, calibration_service: CalibrationSessions) -> CalibrationSessionState:
     """Solve in the background; how it goes stands in the session."""
     session = calibration_service.find(id)
     await session.solve_now()
-    return session_response(session, 202)
+    return session.shown
 
 
 @calibration.post("/calibration/sessions/{id}/accept")
@@ -230,11 +221,11 @@ async def accept(
     return JsonAnswer(report)
 
 
-async def acted(sessions: CalibrationService, id: str, job: Job[jobs.SessionAnswer]) -> Response:
+async def acted(sessions: CalibrationService, id: str, job: Job[jobs.SessionAnswer]) -> CalibrationSessionState:
     """Do a job of the worker and show the session as it is then."""
     session = sessions.find(id)
     await session.act(job)
-    return session_response(session)
+    return session.shown
 
 
 def plain(name: str) -> str:

@@ -9,6 +9,7 @@ from fastapi import Request
 from pydantic import Field
 
 from console.access.guard import ON_THIS_MACHINE, Access
+from console.access.login_keeper import ENDED
 from console.access.logins import LINK_LIFE, Person, new_token
 from console.access.records import KeyKind, KeyRecord, LoginRecord
 from console.access.roles import needs
@@ -124,7 +125,7 @@ async def make_link(
 async def end_all(behind: Behind, gone: list[Person]) -> None:
     """Sign people out, and wait until that is on disk. Raises Unavailable, Unwritable."""
     for person in gone:
-        behind.sign_out(person, "Your login was ended; sign in again.")
+        behind.sign_out(person, ENDED)
     await behind.login_keeper.settle()
 
 

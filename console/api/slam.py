@@ -68,7 +68,7 @@ async def closures(maps: SavedMaps) -> ClosureList:
 @needs("operator")
 async def undo(number: Number, maps: SavedMaps, who: Who) -> ClosureChange:
     """A closure does not hold: the rooms go back to where they would be without it."""
-    maps.undo(number, who)
+    maps.change_closure(number, "undo", who)
     return ClosureChange(number, "undone")
 
 
@@ -76,7 +76,7 @@ async def undo(number: Number, maps: SavedMaps, who: Who) -> ClosureChange:
 @needs("operator")
 async def redo(number: Number, maps: SavedMaps, who: Who) -> ClosureChange:
     """It holds after all."""
-    maps.redo(number, who)
+    maps.change_closure(number, "redo", who)
     return ClosureChange(number, "accepted")
 
 

@@ -5,7 +5,6 @@ from fastapi import Response
 
 from console.access.roles import needs
 from console.api import Behind, router
-from console.api.typed_route import sends
 from console.control.link_monitor import HANGS
 from console.http.problems import Problem
 from console.messages import state as messages
@@ -33,15 +32,14 @@ class HealthReport(msgspec.Struct, frozen=True, kw_only=True):
 
 @state.get("/state")
 @needs("viewer")
-@sends(messages.State)
-async def newest(behind: Behind) -> Response:
+async def newest(behind: Behind) -> messages.State:
     """The newest Snapshot, as the socket sends it; before the first one 503 with `robot`, its url, link and age_s."""
     now = behind.state()
     if now is None:
         link, age = behind.robot.link()
         robot = {"url": behind.robot.profile.url, "link": link, "age_s": round(age, 3)}
         raise Problem(503, "No frame of the robot has arrived yet.", more={"robot": robot})
-    return Response(messages.encode(now), media_type="application/json")
+    return now
 
 
 @state.get("/health")

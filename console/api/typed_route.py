@@ -7,6 +7,7 @@ from types import UnionType
 from typing import Any, TypeVar, Union, cast, get_args, get_origin
 
 import msgspec
+from fastapi import Response
 from fastapi.responses import JSONResponse
 from fastapi.routing import APIRoute
 
@@ -57,7 +58,7 @@ class TypedRoute(APIRoute):
             options |= {"responses": described | (options.get("responses") or {}), "response_model": None}
             if own is None:
                 options["response_class"] = JsonAnswer
-                endpoint = in_plain_values(endpoint, signature)
+                endpoint = in_json(endpoint, signature, status)
         super().__init__(path, endpoint, **options)
 
 
@@ -102,12 +103,14 @@ def with_plain_tuples(schema: Any) -> Any:
     return plain
 
 
-def in_plain_values(endpoint: Endpoint, signature: inspect.Signature) -> Endpoint:
-    """Return the same endpoint with its struct as dicts and lists, so that headers that it sets are sent with it."""
+def in_json(endpoint: Endpoint, signature: inspect.Signature, status: int) -> Endpoint:
+    """Return the same endpoint with its struct as JSON; in plain values where it sets headers of its own."""
+    sets_headers = any(one.annotation is Response for one in signature.parameters.values())
 
     @functools.wraps(endpoint)
     async def answer(**given: Any) -> Any:
-        return msgspec.to_builtins(await endpoint(**given), enc_hook=plain)
+        found = await endpoint(**given)
+        return msgspec.to_builtins(found, enc_hook=plain) if sets_headers else JsonAnswer(found, status)
 
     answer.__signature__ = signature.replace(return_annotation=Any)  # type: ignore[attr-defined]
     return answer

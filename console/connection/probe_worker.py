@@ -4,12 +4,13 @@ import http.client
 import time
 from urllib.parse import urlsplit
 
-from console.connection.probe_jobs import CheckRecording, CheckRobotFile, ProbeRobot
+from console.workers.job import Job
 from core.errors import Unavailable
 from core.pilot.replayed_drive import open_robot
+from core.recording import LogSettings
 from core.robots.connect import devices_of, live, parts_of
 from core.robots.connection import FoundRobot, ReadConnection
-from core.robots.robot_file import parse_robot_file
+from core.robots.robot_file import RobotFile, parse_robot_file
 from core.robots.robot_file_text import toml_text
 from core.robots.usb_camera import VideoCamera
 from core.settings import Settings
@@ -19,6 +20,27 @@ NAME = "The robot file"
 CAMERA_ANSWER_S = 4.0  # [s] for a camera to say what it sends
 PICTURE_TYPES = ("image/", "video/", "multipart/x-mixed-replace")
 NO_PICTURES = "{host} sends no pictures ({kind}); a camera sends images, a video or multipart/x-mixed-replace."
+
+
+class ProbeRobot(Job[FoundRobot], frozen=True):
+    """Connect, listen for some seconds, let go; nothing is driven."""
+
+    file: RobotFile  # with its URL
+    restrained: bool = False  # a camera on the network sends pictures from the address that was named, or nothing
+
+
+class CheckRecording(Job[None], frozen=True):
+    """Read a recording whole, as its replay does."""
+
+    path: str  # may end in #N
+    settings: LogSettings
+
+
+class CheckRobotFile(Job[str], frozen=True):
+    """Write a robot file's text, read it back, and ask its drivers about their own entries → the text."""
+
+    file: RobotFile
+    comment: str
 
 
 class ProbeWorker:

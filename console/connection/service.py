@@ -13,7 +13,7 @@ import msgspec
 from msgspec import structs
 
 from console.access.logins import Person
-from console.connection.probe_jobs import CheckRecording, CheckRobotFile, ProbeRobot
+from console.connection.probe_worker import CheckRecording, CheckRobotFile, ProbeRobot
 from console.connection.reach import Reach, inside
 from console.http.problems import Problem
 from console.maps.service import MapService

@@ -69,7 +69,7 @@ class FleetRuntime:
     def __init__(self, home: Path, access: Access, authority: Authority, listen: FleetAddress) -> None:
         self.access, self.sockets, self.lease = access, OpenSockets(), Lease()
         self.history = History(home, self._say)
-        self.login_keeper = LoginKeeper(access.logins, self._sign_out_revoked, self._say)
+        self.login_keeper = LoginKeeper(access.logins, self.sign_out, self._say)
         self.roles = FleetRoles(home)
         self.dispatcher = self  # who signs out has nothing under way here but keys
         self.over = False
@@ -169,12 +169,8 @@ class FleetRuntime:
                 self._hold_up, self._back_at = now - self._ticked_at, now
                 self.router.renew()
             self._ticked_at = now
-            for person in self.access.logins.expire(now):
-                self.sign_out(person, "Your login has expired; sign in again.")
+            self.login_keeper.tick(now)
             await asyncio.sleep(TICK_PERIOD_S)
-
-    def _sign_out_revoked(self, who: Person) -> None:
-        self.sign_out(who, "Your login was ended; sign in again.")
 
     def _say(self, words: Any) -> None:
         if words:

@@ -9,7 +9,7 @@ import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, TypeVar
+from typing import IO, Literal, TypeVar
 
 import msgspec
 
@@ -45,7 +45,7 @@ from core.slam.map.drawn_map import drawn_map
 from core.slam.map.map_file import SavedMap, checked
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.outline import MapOutline, trace_outline
-from core.slam.map.status import ClosureStatus, SubmapView
+from core.slam.map.status import SubmapView
 from core.slam.map_join import MapMatch
 from core.snapshot import Snapshot
 
@@ -497,21 +497,19 @@ class MapService(Part):
 
     # the map that is in use
 
-    def undo(self, number: int, who: Person) -> None:
-        """A closure does not hold: the rooms go back to where they would be without it. Raises Problem."""
-        if self._closure(number).state == "undone":
+    def change_closure(self, number: int, what: Literal["undo", "redo"], who: Person) -> None:
+        """A closure does not hold: rooms go back to where they would be without it; or it does. Raises Problem."""
+        found = next((closure for closure in self.snapshot.floor.closures if closure.id == number), None)
+        if found is None:
+            raise Problem(404, "There is no such closure.")
+        if what == "undo" and found.state == "undone":
             raise Problem(409, "That closure is undone already.")
-        self._lease.check_not_anothers(who)
-        self._piloting().undo_closure(number)
-        self._history.add("closure", who, words=f"undo {number}")
-
-    def redo(self, number: int, who: Person) -> None:
-        """It holds after all. Raises Problem."""
-        if self._closure(number).state != "undone":
+        if what == "redo" and found.state != "undone":
             raise Problem(409, "That closure is not undone; there is nothing to take back.")
         self._lease.check_not_anothers(who)
-        self._piloting().redo_closure(number)
-        self._history.add("closure", who, words=f"redo {number}")
+        pilot = self._piloting()
+        (pilot.undo_closure if what == "undo" else pilot.redo_closure)(number)
+        self._history.add("closure", who, words=f"{what} {number}")
 
     def here(self, x: float, y: float, heading: float | None, who: Person, *, force: bool) -> None:
         """The robot is at (x, y) [m], world, and looks to `heading` [rad] or nobody knows where. Raises Problem."""
@@ -549,12 +547,6 @@ class MapService(Part):
 
         await self._on_disk(self._taking_turns(rename))
         self._earlier_kept = True
-
-    def _closure(self, number: int) -> ClosureStatus:
-        found = next((closure for closure in self.snapshot.floor.closures if closure.id == number), None)
-        if found is None:
-            raise Problem(404, "There is no such closure.")
-        return found
 
     def _piloting(self) -> Pilot:
         if self._dispatcher.pilot is None:

@@ -33,7 +33,7 @@ def started(home: Path, ahead: float = 0.0) -> Logins:
 async def settle(logins: Logins) -> list[Person]:
     """Bring memory and disk together → who was signed out by others."""
     gone: list[Person] = []
-    await LoginKeeper(logins, gone.append, print).settle()
+    await LoginKeeper(logins, lambda who, _: gone.append(who), print).settle()
     return gone
 
 
