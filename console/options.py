@@ -1,20 +1,19 @@
-"""The options of `beckon run`, and whether they can be followed."""
+"""Whether options can be followed, and what follows from them."""
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import ipaddress
 import socket
 import ssl
-from collections.abc import Generator, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Generator
 from pathlib import Path
 
 from console.access.guard import HOST_NAME
 from console.access.token_file import read_token
 from console.connection.reach import Reach
 from console.data_folder import SETTINGS_FILE, home_folder
+from console.declared_options import Options
 from console.fleet.authority import CertificateFiles
 from console.fleet.bus import FleetAddress, MemberOptions
 from core.errors import BadInput, Unavailable
@@ -23,41 +22,6 @@ from core.robots.ros.zenoh_session import load_zenoh
 from core.sentences import Statement
 
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
-
-
-@dataclass(frozen=True)
-class Options:
-    """The options of `beckon run`."""
-
-    robot: str = "sim:lab"
-    host: str = "127.0.0.1"
-    allow_hosts: Sequence[str] = ()  # further names that the console answers to
-    port: int = 8420  # 0: any free one
-    no_auth: bool = False
-    seed: int = 0
-    data: Path | None = None  # None: $BECKON_HOME, else the user's data folder
-    gate_trace: Path | None = None
-    settings: Path | None = None
-    open_browser: bool = True
-    log: Path | None = None  # None: console.log in the data folder
-    log_json: bool = False  # a JSON object a line, on the terminal too
-    tls_cert: Path | None = None  # PEM; with it and its key it is HTTPS, which microphones of phones want
-    tls_key: Path | None = None
-    connect: Sequence[str] = ()  # what operators may connect to
-    token_file: Path | None = None  # holds the operator's key; None: a new one with every start
-    text_files: Path | None = None  # the folder of speech.txt and source.txt
-    precedence: bool = False  # run before other programs with a simulated robot, too
-    nobody: bool = False  # nobody stands in the simulated room
-    foxglove: int | None = None  # the port where Foxglove watches live
-    write_text_files: Path | None = None  # another one, for what the robot's microphones understood
-    fleet: str = ""  # tls/HOST:PORT of the fleet to join; "": none
-    fleet_name: str = ""  # of the robot in it
-    fleet_cert: Path | None = None  # folder of its certificate; None: in the data folder
-
-    @classmethod
-    def of(cls, chosen: argparse.Namespace) -> Options:
-        """The options as the command line has them; what it does not ask for stays as it is."""
-        return cls(**{one.name: getattr(chosen, one.name) for one in fields(cls) if one.name in chosen})
 
 
 def check(options: Options) -> None:

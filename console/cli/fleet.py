@@ -3,10 +3,21 @@
 import argparse
 import sys
 import time
-from pathlib import Path
 from typing import Any
 
 from console.cli.answer import add_json, add_out, answer, tell, write, write_json
+from console.declared_options import Options, add_options
+
+MEANINGS = {
+    "port": "of the page; 0 takes any free port (default 8430)",
+    "host": "address of the page (default 127.0.0.1)",
+    "allow_hosts": "a name or address by which browsers and robots may find this computer; may stand several times",
+    "tls_cert": "",
+    "tls_key": "",
+    "open_browser": "",
+    "data": "where the fleet keeps its files",
+}
+"""Of the options that a fleet's page shares with a console."""
 
 
 def add(places: Any) -> None:
@@ -18,21 +29,8 @@ def add(places: Any) -> None:
         metavar="tls/ADDRESS:PORT",
         help="where robots join (default tls/0.0.0.0:7447)",
     )
-    parser.add_argument("--port", type=int, default=8430, help="of the page; 0 takes any free port (default 8430)")
-    parser.add_argument("--host", default="127.0.0.1", help="address of the page (default 127.0.0.1)")
-    parser.add_argument(
-        "--allow-host",
-        dest="allow_hosts",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="a name or address by which browsers and robots may find this computer; may stand several times",
-    )
-    parser.add_argument("--tls-cert", type=Path, metavar="CERT.pem", help="speak HTTPS with this")
-    parser.add_argument("--tls-key", type=Path, metavar="KEY.pem", help="the key of the certificate")
-    parser.add_argument("--no-browser", dest="open_browser", action="store_false", help="do not open a browser")
-    add_data(parser)
-    parser.set_defaults(run=run)
+    add_options(parser, MEANINGS)
+    parser.set_defaults(run=run, port=8430)
     doings = parser.add_subparsers(dest="doing", metavar="DOING")
     making = doings.add_parser("cert", help="make a certificate by which a robot joins")
     making.add_argument("name", metavar="NAME", help="of the robot: letters, digits, - and _")
@@ -47,13 +45,8 @@ def add(places: Any) -> None:
     setting.add_argument("role", choices=("none", "viewer", "operator", "admin"))
     setting.set_defaults(run=set_role)
     for one in (making, setting):
-        add_data(one)
+        add_options(one, {"data": MEANINGS["data"]})
         add_json(one)
-
-
-def add_data(parser: argparse.ArgumentParser) -> None:
-    """Give a subcommand `--data`."""
-    parser.add_argument("--data", type=Path, metavar="DIR", help="where the fleet keeps its files")
 
 
 def run(chosen: argparse.Namespace) -> int:
@@ -61,7 +54,6 @@ def run(chosen: argparse.Namespace) -> int:
     sys.stderr.write("Starting the fleet…\n")
     sys.stderr.flush()
     from console.fleet_server.serve import FleetOptions, serve_fleet
-    from console.options import Options
 
     serve_fleet(FleetOptions(Options.of(chosen), chosen.listen))
     return 0
