@@ -1,4 +1,4 @@
-"""Whether options can be followed, and what follows from them."""
+"""Options that can be followed, and what follows from them."""
 
 from __future__ import annotations
 
