@@ -79,7 +79,7 @@ function begin(session, shell) {
     /** @type {import("./panels/command-line.js").CommandLine} */ (part("command-line")).take();
   operatorInput.toTalk = (down) =>
     /** @type {import("./panels/voice-button.js").VoiceButton} */ (part("voice-button")).hold(down);
-  operatorInput.toBegin = (id) => void session.beginPendingCommand(id);
+  operatorInput.toBegin = (id) => void session.pendingCommand("begin", id);
   operatorInput.toHelp = () => {
     operatorInput.letGo();
     /** @type {import("./panels/key-sheet.js").KeySheet} */ (part("key-sheet")).toggle();

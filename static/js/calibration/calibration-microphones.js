@@ -2,6 +2,7 @@
 
 import { icon, isNew, make, mark, write } from "../ui/element.js";
 import { degrees } from "../ui/format.js";
+import { meter } from "../ui/meter.js";
 import { t } from "../ui/texts.js";
 import { action } from "./action.js";
 import { ClapCompass } from "./clap-compass.js";
@@ -18,12 +19,11 @@ class CalibrationMicrophones extends WizardStep {
   #compass = new ClapCompass();
   #advice = make("p.claps-advice", { role: "status" });
   #verdict = make("p.claps-verdict", { role: "alert" });
-  #bar = make("div.bar-fill");
-  #progress = make(
-    "div.progress",
-    { role: "progressbar", "aria-label": t("calibration-microphones.listening"), hidden: true },
-    this.#bar,
-  );
+  #progress = meter("div.meter.progress", {
+    role: "progressbar",
+    "aria-label": t("calibration-microphones.listening"),
+    hidden: true,
+  });
   #listen = action("ears", t("calibration-microphones.listen_for_a_clap"));
   #show = action("demo", t("calibration-microphones.show_me"));
   #again = action("undo", t("calibration-microphones.start_again"));
@@ -46,7 +46,7 @@ class CalibrationMicrophones extends WizardStep {
           make("p.note", t("calibration-microphones.stand_where_the_ring_says_press")),
           this.#compass,
           this.#advice,
-          this.#progress,
+          this.#progress.element,
           this.#verdict,
           make("div.claps-buttons", this.#listen, this.#show, this.#again),
         ),
@@ -107,7 +107,7 @@ class CalibrationMicrophones extends WizardStep {
     this.#accept.hidden = calibration.solution === null || !may;
     this.#accept.disabled = this.#busy;
     this.#undo.hidden = calibration.active === null || !may;
-    this.#progress.hidden = !this.#busy;
+    this.#progress.element.hidden = !this.#busy;
     if (!isNew(this, calibration, this.#busy, may)) return;
     this.#compass.show(calibration, this.#next);
     write(
@@ -172,11 +172,12 @@ class CalibrationMicrophones extends WizardStep {
   /** @param {boolean} show */
   async #clap(show) {
     const seconds = this.#calibration?.listens_s ?? 3;
-    this.#bar.style.transition = "none";
-    this.#bar.style.width = "0";
-    void this.#bar.offsetWidth; // so that the next width is reached slowly
-    this.#bar.style.transition = `width ${seconds + 0.5}s linear`;
-    this.#bar.style.width = "100%";
+    const { style } = this.#progress.fill;
+    style.transition = "none";
+    style.width = "0";
+    void this.#progress.fill.offsetWidth; // so that the next width is reached slowly
+    style.transition = `width ${seconds + 0.5}s linear`;
+    style.width = "100%";
     if (!show) this.session.announce(t("calibration-microphones.clap_now"));
     return this.#tried(() => api.clap(this.#next, show));
   }

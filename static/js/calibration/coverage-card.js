@@ -2,6 +2,7 @@
 
 import { isNew, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
+import { meter } from "../ui/meter.js";
 import { t } from "../ui/texts.js";
 import { heatPicture, heatWords, SPAN } from "./uncertainty-map.js";
 
@@ -24,7 +25,10 @@ export class KnownCard extends HTMLElement {
   #waits = make("p.heat-waits.note", t("coverage-card.after_4_views"));
   #legend = make("p.inline.note", make("span"), make("span.heat-ramp"), make("span"));
   #words = make("p.note.heat-words");
-  #bars = BARS.map(([key, name]) => ({ key, ...bar(name) }));
+  #bars = BARS.map(([key, name]) => {
+    const bar = meter("div.meter", { role: "meter", "aria-label": name });
+    return { key, ...bar, row: make("div.meter-row", make("span", name), bar.element) };
+  });
 
   connectedCallback() {
     if (this.children.length) return;
@@ -48,11 +52,10 @@ export class KnownCard extends HTMLElement {
     const shape = size ? `${size[0]} / ${size[1]}` : "4 / 3";
     this.#cells.style.aspectRatio = this.#heat.style.aspectRatio = shape;
     this.#showCells(progress.cells ?? NOWHERE);
-    for (const { key, fill, meter } of this.#bars) {
+    for (const { key, element, set } of this.#bars) {
       const part = progress.bars?.[key] ?? 0;
-      fill.style.width = `${Math.round(100 * part)}%`;
-      mark(meter, "aria-valuenow", String(Math.round(100 * part)));
-      mark(meter, "data-full", part >= 1);
+      set(part);
+      mark(element, "data-full", part >= 1);
     }
     const target = progress.target_px ?? 0.5;
     this.#waits.hidden = uncertainty !== null;
@@ -96,17 +99,6 @@ export function paint(canvas, map, target) {
   brush.imageSmoothingQuality = "high";
   brush.drawImage(small, 0, 0, canvas.width, canvas.height);
   mark(canvas, "aria-label", heatWords(map, target));
-}
-
-/** @param {string} name */
-function bar(name) {
-  const fill = make("span.meter-fill");
-  const meter = make(
-    "div.meter",
-    { role: "meter", "aria-label": name, "aria-valuemin": "0", "aria-valuemax": "100" },
-    fill,
-  );
-  return { fill, meter, row: make("div.meter-row", make("span", name), meter) };
 }
 
 customElements.define("known-card", KnownCard);

@@ -1,6 +1,7 @@
 // Element <gains-card>: precision of the six directions of a camera mount, and advice for the weak ones.
 
 import { make, mark, write } from "../ui/element.js";
+import { meter } from "../ui/meter.js";
 import { t } from "../ui/texts.js";
 import { DIRECTIONS } from "./figures.js";
 import { known } from "./progress.js";
@@ -10,7 +11,7 @@ import { known } from "./progress.js";
 const WORDS = { known: "known", weak: t("precision-card.not_quite"), open: "open" };
 
 export class GainsCard extends HTMLElement {
-  #bars = Object.entries(DIRECTIONS).map(([key, [name, says]]) => ({ key, ...bar(name, says) }));
+  #bars = Object.entries(DIRECTIONS).map(([key, [name, says]]) => ({ key, ...gainBar(name, says) }));
   #weak = make("ul.weak");
   #offset = make("p.laser-offset");
 
@@ -28,13 +29,12 @@ export class GainsCard extends HTMLElement {
   /** @param {Calibration} calibration */
   show({ progress }) {
     const [precision, weak, landing] = [progress.precision ?? {}, progress.weak ?? [], progress.laser_offset ?? ""];
-    for (const { key, row, meter, fill, word } of this.#bars) {
+    for (const { key, row, element, set, word } of this.#bars) {
       const gain = Math.max(0, precision[key] ?? 0);
-      fill.style.width = `${Math.round(100 * gain)}%`;
-      mark(meter, "aria-valuenow", String(Math.round(100 * gain)));
+      set(gain);
       const measured = progress.from_ruler?.[key];
       const state = measured ? "known" : known(gain, progress.known_from);
-      mark(meter, "data-full", state === "known");
+      mark(element, "data-full", state === "known");
       mark(row, "data-known", state);
       write(word, measured ?? WORDS[state]);
     }
@@ -46,16 +46,11 @@ export class GainsCard extends HTMLElement {
 }
 
 /** @param {string} name @param {string} says */
-function bar(name, says) {
-  const fill = make("span.meter-fill");
-  const meter = make(
-    "div.meter.gain",
-    { role: "meter", "aria-label": `${name}: ${says}`, "aria-valuemin": "0", "aria-valuemax": "100" },
-    fill,
-  );
+function gainBar(name, says) {
+  const bar = meter("div.meter.gain", { role: "meter", "aria-label": `${name}: ${says}` });
   const word = make("span.gain-word");
   const head = make("div.gain-head", make("span.gain-name", name), word);
-  return { fill, meter, word, row: make("div.gain-row", { title: says }, head, meter, make("span.note", says)) };
+  return { ...bar, word, row: make("div.gain-row", { title: says }, head, bar.element, make("span.note", says)) };
 }
 
 customElements.define("gains-card", GainsCard);

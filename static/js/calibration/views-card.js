@@ -2,6 +2,7 @@
 
 import { icon, isNew, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
+import { meter } from "../ui/meter.js";
 import { inLanguage, t } from "../ui/texts.js";
 import * as api from "./api.js";
 
@@ -70,8 +71,8 @@ export class ViewsCard extends HTMLElement {
         ? kept
         : make("img", { src: source, alt: "", loading: "lazy", decoding: "async", width: "80", height: "60" });
     const error = errorOf(view);
-    const fill = make("span.meter-fill");
-    fill.style.width = `${Math.round((100 * (error ?? 0)) / worst)}%`;
+    const bar = meter("div.meter", { "aria-hidden": "true" });
+    bar.set((error ?? 0) / worst);
     const why = view.dropped
       ? t("views-card.left_out_by_you")
       : view.used
@@ -88,7 +89,7 @@ export class ViewsCard extends HTMLElement {
         "span.view-words",
         make("span.view-name", view.name),
         make("span.view-error", error === null ? "" : inUnits(error, kind)),
-        make("span.meter", { "aria-hidden": "true" }, fill),
+        bar.element,
         why && make("span.note", why),
       ),
     );

@@ -126,9 +126,8 @@ class ConnectRobot extends PagePanel {
 
   /** Open something else; where the map is not saved, ask first. @param {string} url */
   #request(url) {
-    const model = this.model;
-    const open = (/** @type {boolean} */ save) => void model.open(url, save);
-    askToOpen(this.#question, { url, unsaved: model.unsaved, open, stay: () => this.#url.focus() });
+    const open = (/** @type {boolean} */ save) => void this.model.open(url, save);
+    askToOpen(this.#question, this.session, { url, open, stay: () => this.#url.focus() });
   }
 
   /** Keep a recording of this computer, or make a sample, then open it. @param {File | string | undefined} what */
@@ -191,10 +190,9 @@ class ConnectRobot extends PagePanel {
     this.#asked = answers;
     const { urls = [], looked_at: places = [] } = answers ?? {};
     const says = urls.length ? "connect-robot.these_answer" : "connect-robot.nobody_answers";
-    const buttons = urls.map((url) => {
-      const button = make("button.button", { onclick: () => void this.model.look(url) }, icon("eye"), url);
-      return button;
-    });
+    const buttons = urls.map((url) =>
+      make("button.button", { onclick: () => void this.model.look(url) }, icon("eye"), url),
+    );
     this.#answers.replaceChildren(make("p.note", t(says, { places: places.join(", ") })), ...buttons);
   }
 

@@ -1,6 +1,6 @@
 // Client model of the Connect page: what was found, the operator's choice of topics, and the robot file.
 
-import { call, post, sentenceOf } from "../net/api.js";
+import { call, post } from "../net/api.js";
 import * as recordings from "../net/recordings-api.js";
 import { PageModel } from "../ui/page-model.js";
 import { inLanguage, t } from "../ui/texts.js";
@@ -34,37 +34,27 @@ export class ConnectionModel extends PageModel {
   choices = new Map();
   /** True while topics were chosen on which nothing was heard yet. */
   changed = false;
-  busy = "";
-  #unread = ""; // why what the console is connected to could not be read
-  #failed = ""; // why what was asked for last did not work; it stays until something else is asked for
   /** @type {Written | null} */
   written = null;
-  #shown = false;
   #watched = ""; // of the state, what this page shows
   #driver = "";
 
   /** @param {Session} session */
   constructor(session) {
     super(session);
-    session.on("hello", () => this.#look());
+    session.on("hello", () => this.shown && this.#rests && void this.read());
     session.on("heard", () => this.#watch());
-    setInterval(() => this.#look(), ASK_MS);
+    this.poll(ASK_MS, () => this.shown && this.#rests);
   }
 
-  /** @param {boolean} shown true while the page is open: what the console is connected to is read again and again */
+  /** @override @param {boolean} shown true while the page is open: what the console is connected to is read again and again */
   follow(shown) {
-    this.#shown = shown;
-    this.#look();
+    this.shown = shown;
+    if (shown && this.#rests) void this.read();
   }
 
-  #look() {
-    const idle = !this.probed && !this.changed && !this.busy;
-    if (this.#shown && idle && document.visibilityState === "visible") void this.read();
-  }
-
-  /** A sentence on what went wrong; "" when nothing did. */
-  get trouble() {
-    return this.#failed || this.#unread;
+  get #rests() {
+    return !this.probed && !this.changed && !this.busy;
   }
 
   /** Who drives, where it is another one; "" otherwise. */
@@ -79,15 +69,10 @@ export class ConnectionModel extends PageModel {
     return this.session.state?.lease.asked_by_id === this.session.hello?.you.id;
   }
 
-  /** True where the map would be lost. */
-  get unsaved() {
-    return this.session.state?.map.unsaved === true;
-  }
-
   #watch() {
-    const watched = `${this.driver} ${this.asked} ${this.unsaved}`;
+    const watched = `${this.driver} ${this.asked}`;
     if (watched === this.#watched) return;
-    if (!watched.startsWith(`${this.#driver} `)) this.#failed = ""; // what another driver was the reason for
+    if (!watched.startsWith(`${this.#driver} `)) this.forgive(); // what another driver was the reason for
     [this.#watched, this.#driver] = [watched, this.driver];
     this.tell();
   }
@@ -97,17 +82,13 @@ export class ConnectionModel extends PageModel {
     return this.found !== null && this.found.url === this.session.hello?.robot.url;
   }
 
-  /** Show what the console is connected to. */
-  async read() {
-    try {
+  /** Show what the console is connected to. @override */
+  read() {
+    return this.reading(async () => {
       const { connection, why_not, files, opened_here } = await call(`${ROOT}/connection`);
       if (this.probed || this.changed) return;
       [this.found, this.whyNot, this.files, this.openedHere] = [connection, inLanguage(why_not), files, opened_here];
-      this.#unread = "";
-    } catch (trouble) {
-      this.#unread = sentenceOf(trouble);
-    }
-    this.tell();
+    });
   }
 
   /** Return to the console's own robot. */
@@ -115,7 +96,7 @@ export class ConnectionModel extends PageModel {
     this.probed = this.changed = false;
     this.choices.clear();
     this.written = null;
-    this.#failed = "";
+    this.forgive();
     await this.read();
   }
 
@@ -133,7 +114,7 @@ export class ConnectionModel extends PageModel {
   /** Connect to a robot, see what is there, and let go. @param {string} url */
   async look(url) {
     if (url !== this.found?.url) this.choices.clear();
-    await this.#during(t("connection-model.looking_at_url_that_takes_up", { url }), async () => {
+    await this.during(t("connection-model.looking_at_url_that_takes_up", { url }), async () => {
       this.found = await post(`${ROOT}/probe`, { url, topics: [...this.choices.values()] });
       this.choices.clear();
       this.changed = false;
@@ -149,7 +130,7 @@ export class ConnectionModel extends PageModel {
    * @param {boolean} save the map first
    */
   async open(url, save) {
-    await this.#during(t("connection-model.opening_url", { url: nameOf(url) }), async () => {
+    await this.during(t("connection-model.opening_url", { url: nameOf(url) }), async () => {
       if (save) await saveMap(this.session);
       await openInstead(this.session, url);
     });
@@ -162,7 +143,7 @@ export class ConnectionModel extends PageModel {
       ? t("connection-model.making_a_sample")
       : t("connection-model.taking_in_name", { name: what.name });
     let taken = "";
-    await this.#during(doing, async () => {
+    await this.during(doing, async () => {
       taken = (await (own ? recordings.make(what) : recordings.take(what))).url;
       this.openedHere = [...new Set([...this.openedHere, taken])];
     });
@@ -171,7 +152,7 @@ export class ConnectionModel extends PageModel {
 
   /** Knock where robots may be. */
   async find() {
-    await this.#during(t("connection-model.knocking"), async () => {
+    await this.during(t("connection-model.knocking"), async () => {
       this.answers = await post(`${ROOT}/find`);
     });
   }
@@ -184,7 +165,7 @@ export class ConnectionModel extends PageModel {
   async write(confirmed, replace) {
     const found = this.found;
     if (!found) return;
-    await this.#during(t("connection-model.writing"), async () => {
+    await this.during(t("connection-model.writing"), async () => {
       /** @type {Written} */
       const written = await post(`${ROOT}/file`, {
         ...confirmed,
@@ -196,20 +177,6 @@ export class ConnectionModel extends PageModel {
       this.files = [...new Set([...this.files, written.name])];
       this.session.announce(t("connection-model.name_is_written", { name: written.name }));
     });
-  }
-
-  /** @param {string} doing @param {() => Promise<void>} act */
-  async #during(doing, act) {
-    this.busy = doing;
-    this.#failed = "";
-    this.tell();
-    try {
-      await act();
-    } catch (trouble) {
-      this.#failed = sentenceOf(trouble);
-    }
-    this.busy = "";
-    this.tell();
   }
 }
 

@@ -58,21 +58,21 @@ export function mapLeft() {
 /**
  * Open, or ask first where the map would be lost.
  * @param {HTMLElement} question where it is asked
- * @param {{url: string, unsaved: boolean, open: (save: boolean) => void, stay: () => void}} then
+ * @param {Session} session
+ * @param {{url: string, open: (save: boolean) => void, stay: () => void}} then
  */
-export function askToOpen(question, { url, unsaved, open, stay }) {
-  if (!unsaved) return open(false);
-  /** @param {string} words @param {() => void} act */
-  const choice = (words, act) => {
-    const button = make("button.button", words);
-    button.addEventListener("click", () => {
+export function askToOpen(question, session, { url, open, stay }) {
+  if (!session.state?.map.unsaved) return open(false);
+  /** @param {string} words @param {() => void} act @param {string} [look] */
+  const choice = (words, act, look = "button") => {
+    const onclick = () => {
       question.hidden = true;
       act();
-    });
-    return button;
+    };
+    return make("button", { class: look, onclick }, words);
   };
   const sentence = t("connect-robot.your_map_is_not_saved", { url: nameOf(url) });
-  const save = choice(t("connect-robot.save_and_open"), () => open(true));
+  const save = choice(t("connect-robot.save_and_open"), () => open(true), "button primary");
   mark(question, "aria-label", sentence);
   question.replaceChildren(
     make("p", sentence),
@@ -81,6 +81,5 @@ export function askToOpen(question, { url, unsaved, open, stay }) {
     choice(t("connect-robot.stay"), stay),
   );
   question.hidden = false;
-  save.classList.add("primary");
   save.focus();
 }

@@ -184,7 +184,7 @@ export class GamepadInput {
     for (const pad of this.#pads) {
       if (this.#known.get(pad.index) === pad.id) continue;
       this.#known.set(pad.index, pad.id);
-      if (hello.robot.drives) this.#session.offer({ ...this.#greeting(pad), event: "show-gamepad" });
+      if (hello.robot.drives) this.#session.tell("offer", { ...this.#greeting(pad), event: "show-gamepad" });
     }
     for (const [index, id] of this.#known) {
       if (this.#pads.some((pad) => pad.index === index)) continue;

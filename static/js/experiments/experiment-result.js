@@ -1,10 +1,11 @@
 // Element <experiment-result>: progress of a run, then its figures beside the chapter's, its table and its files.
 
+import "./experiment-runs.js";
 import { address } from "../net/api.js";
-import { icon, isNew, make, mark, write } from "../ui/element.js";
-import { day, timeOfDay } from "../ui/format.js";
+import { icon, isNew, make, write } from "../ui/element.js";
+import { timeOfDay } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
-import { runRow } from "../ui/run-row.js";
+import { RunProgress } from "../ui/run-parts.js";
 import { t } from "../ui/texts.js";
 import { doingOf, figure, fileOf, inWords } from "./runs-model.js";
 
@@ -17,28 +18,8 @@ const NOTHING = t("experiment-result.run_one_its_progress_appears_here");
 class ExperimentResult extends PagePanel {
   #title = make("h2", t("experiment-result.nothing_was_run_yet"));
   #about = make("p.note", NOTHING);
-  #doing = make("p.experiment-doing");
-  #bar = make("div.bar-fill");
-  #progress = make(
-    "div.progress",
-    {
-      role: "progressbar",
-      "aria-label": t("experiment-result.progress"),
-      "aria-valuemin": "0",
-      "aria-valuemax": "100",
-    },
-    this.#bar,
-  );
-  #cancel = make("button.button", icon("close"), t("experiment-result.cancel"));
-  #going = make("div.experiment-going", { hidden: true }, this.#doing, this.#progress, this.#cancel);
+  #going = new RunProgress(() => this.model);
   #content = make("div.stack");
-  #list = make("ul.rows");
-  #before = make(
-    "section.card.experiment-before",
-    { "aria-label": t("experiment-result.runs"), hidden: true },
-    make("div.card-head", make("h2.card-title", t("experiment-result.runs"))),
-    this.#list,
-  );
 
   /** @override */
   build() {
@@ -48,29 +29,24 @@ class ExperimentResult extends PagePanel {
         { "aria-label": t("experiment-result.result") },
         this.#title,
         this.#about,
-        this.#going,
+        this.#going.element,
         this.#content,
       ),
-      this.#before,
+      make(/** @type {"div"} */ ("experiment-runs")),
     );
-    this.#cancel.addEventListener("click", () => {
-      const run = this.model.selected;
-      if (run) void this.model.cancel(run.id);
-    });
   }
 
   /** @override */
   draw() {
     const run = this.model.selected;
-    this.#drawList();
+    const running = run?.state === "running";
+    this.#going.show(run, this.model.may, running ? doingOf(run.doing) : "");
     if (run === null) {
       write(this.#title, t("experiment-result.nothing_was_run_yet"));
       write(this.#about, NOTHING);
-      this.#going.hidden = true;
       if (isNew(this.#content)) this.#content.replaceChildren();
       return;
     }
-    const running = run.state === "running";
     write(this.#title, run.title);
     write(
       this.#about,
@@ -83,45 +59,9 @@ class ExperimentResult extends PagePanel {
         inwords: inWords(run.took_s),
       }),
     );
-    this.#going.hidden = !running;
-    write(this.#doing, doingOf(run.doing));
-    const percent = run.progress === null ? null : String(Math.round(100 * run.progress));
-    this.#bar.style.width = `${percent ?? 100}%`;
-    mark(this.#progress, "aria-valuenow", percent);
-    mark(this.#progress, "data-uncounted", percent === null);
-    this.#cancel.disabled = !this.model.may;
     if (isNew(this.#content, run.id, run.state, run.files.length)) {
       this.#content.replaceChildren(...(running ? [] : result(run)));
     }
-  }
-
-  #drawList() {
-    const runs = this.model.runs ?? [];
-    this.#before.hidden = runs.length === 0;
-    const shown = this.model.selected?.id;
-    const states = runs.map(({ id, state }) => [id, state]);
-    if (isNew(this.#list, states, shown, this.model.may))
-      this.#list.replaceChildren(...runs.map((run) => this.#row(run)));
-  }
-
-  /** @param {ExperimentRun} run */
-  #row(run) {
-    const about = { runs: this.model.count(run), seed: run.seed, who: run.who, dayof: day(run.at_s) };
-    const away = make(
-      "button.icon-button",
-      {
-        "aria-label": t("experiment-result.delete_title_dayof", { title: run.title, dayof: about.dayof }),
-        title: t("experiment-result.delete"),
-        onclick: () => void this.model.remove(run.id),
-      },
-      icon("trash"),
-    );
-    const words = {
-      drawing: run.state,
-      name: run.title,
-      note: t("experiment-result.runs_runs_seed_seed_who_dayof", about),
-    };
-    return runRow(this.model, run, words, run.state !== "running" && away);
   }
 }
 

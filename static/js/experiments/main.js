@@ -9,15 +9,6 @@ import { ExperimentRuns } from "./runs-model.js";
 export function create(session) {
   const model = new ExperimentRuns(session);
   const parts = ["experiment-list", "experiment-result"].map((name) => document.createElement(name));
-  return {
-    element: make("div.experiments-page", ...parts),
-    model,
-    opened() {
-      model.shown = true;
-      void model.read();
-    },
-    left() {
-      model.shown = false;
-    },
-  };
+  const element = make("div.experiments-page", ...parts);
+  return { element, model, opened: () => model.follow(true), left: () => model.follow(false) };
 }

@@ -1,6 +1,6 @@
 // Client model of the experiments page: what there is, all runs, the selected one, and requests to the server.
 
-import { address, call } from "../net/api.js";
+import { address } from "../net/api.js";
 import { RunsModel } from "../ui/page-model.js";
 import { t, translate } from "../ui/texts.js";
 
@@ -19,47 +19,36 @@ export const fileOf = (id, name) =>
 export class ExperimentRuns extends RunsModel {
   /** @type {Experiment[] | null} null until they were read */
   experiments = null;
-  trouble = "";
-  shown = false; // the page is open
   /** @type {string[]} names of those that are run one after the other */
   queue = [];
 
   /** @param {Session} session */
   constructor(session) {
-    super(session, `${ROOT}/runs`);
-    session.on("hello", () => this.shown && void this.read());
-    setInterval(() => {
-      const waits = this.running || this.queue.length || this.experiments === null;
-      if (waits && this.shown && this.session.hello && document.visibilityState === "visible") void this.read();
-    }, ASK_MS);
+    super(session, ROOT, `${ROOT}/runs`);
+    this.poll(ASK_MS, () => this.shown && (!this.experiments || this.running !== null || this.queue.length > 0));
   }
 
-  /** @override */
-  async read() {
-    const before = this.running;
-    try {
-      const answer = await call(ROOT);
-      for (const one of answer.experiments ?? []) {
-        for (const name of /** @type {const} */ (["title", "reproduces", "counts"])) translate(one, name);
-        for (const figure of one.chapter) translate(figure, "name");
-      }
-      for (const run of answer.runs) {
-        translate(run, "title");
-        for (const figure of run.compared) translate(figure, "name");
-      }
-      [this.experiments, this.runs, this.trouble] = [shortestFirst(answer.experiments), answer.runs, ""];
-    } catch (refusal) {
-      this.trouble = refusal instanceof Error ? refusal.message : "";
+  /** @override @param {{experiments: Experiment[] | null, runs: ExperimentRun[]}} answer `experiments`: null until they were read */
+  take({ experiments, runs }) {
+    for (const one of experiments ?? []) {
+      for (const name of /** @type {const} */ (["title", "reproduces", "counts"])) translate(one, name);
+      for (const figure of one.chapter) translate(figure, "name");
     }
+    for (const run of runs) {
+      translate(run, "title");
+      for (const figure of run.compared) translate(figure, "name");
+    }
+    [this.experiments, this.runs] = [shortestFirst(experiments), runs];
     const [next] = this.queue;
-    const one = next && !this.running && this.experiments?.find(({ name }) => name === next);
-    if (one) {
-      this.queue.shift();
-      void this.begin({ experiment: one.name, runs: one.runs, seed: 0 });
-    }
-    const after = before && this.runs?.find((run) => run.id === before.id);
-    if (after && after.state !== "running") this.session.announce(`${after.title}: ${after.state}. ${after.reason}`);
-    this.tell();
+    const one = next && !this.running && experiments?.find(({ name }) => name === next);
+    if (!one) return;
+    this.queue.shift();
+    void this.begin({ experiment: one.name, runs: one.runs, seed: 0 });
+  }
+
+  /** @override @param {ExperimentRun} run */
+  endOf({ title, state, reason }) {
+    return `${title}: ${state}. ${reason}`;
   }
 
   /** @returns {Experiment[]} */
@@ -103,9 +92,8 @@ export function doingOf(doing) {
 export const secondsOf = ({ base_s, run_s, runs }) => base_s + run_s * runs || Infinity;
 
 /** What takes least stands first; what is not known, last. @param {Experiment[] | null} experiments */
-export function shortestFirst(experiments) {
-  return experiments && [...experiments].sort((one, other) => secondsOf(one) - secondsOf(other) || 0);
-}
+export const shortestFirst = (experiments) =>
+  experiments?.toSorted((one, other) => secondsOf(one) - secondsOf(other) || 0) ?? null;
 
 /**
  * Processor time of so many runs, in words; "" when it is not known.

@@ -68,7 +68,7 @@ export class FleetStop extends HTMLElement {
     );
     const halt = make(
       "button.button.fleet-halt",
-      { title: t("fleet.halt_all_says") },
+      { title: t("fleet.halt_all_says"), onclick: () => void session.all("halt") },
       icon("halt"),
       make("span", t("fleet.halt_all")),
     );
@@ -80,7 +80,6 @@ export class FleetStop extends HTMLElement {
     stop.addEventListener("click", () => {
       if (performance.now() - this.#touchedAt > TOUCH_MS) void session.all("stop");
     });
-    halt.addEventListener("click", () => void session.all("halt"));
     addEventListener("keydown", (event) => {
       if (event.key === "Escape" && !event.repeat) void session.all("stop");
     });

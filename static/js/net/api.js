@@ -95,11 +95,8 @@ export const hush = (id) => post("api/voice/hush", { id });
 /** @returns {Promise<{summary: string}[]>} measurements of hearing, newest first */
 export const qualityRuns = async () => (await call("api/speech-quality")).runs;
 
-/** @param {number} id of the pending command: begin it now */
-export const beginPendingCommand = (id) => post("api/pending-command/begin", { id });
-
-/** @param {number} id of the pending command: drop it */
-export const dropPendingCommand = (id) => post("api/pending-command/drop", { id });
+/** @param {"begin" | "drop"} does @param {number} id of the pending command */
+export const pendingCommand = (does, id) => post(`api/pending-command/${does}`, { id });
 
 /** @param {"viewer" | "operator"} role @param {string} name of whom it is for, or "" */
 export const makeLink = (role, name) => post("api/links", { role, name });

@@ -54,7 +54,7 @@ const SETTLE_MS = 600; // after a seek the recording takes that long to arrive
  * @property {boolean} stopped STOP was pressed on this page; true when it was sent
  * @property {number} stop-answered [ms] until the console answered STOP
  * @property {string} trouble a sentence
- * @property {Offer} offer
+ * @property {Offer} offer shown as a notice with a button
  * @property {import("../voice/audio-socket.js").Transcript} transcript transcript of the microphone of this browser
  * @property {string} reading the button was released; the transcript is pending, and these are the words so far
  * @property {string} so-far more words of what is pending
@@ -102,7 +102,7 @@ export class Session {
     this.link = new Link({
       url: api.socketAddress("ws"),
       hear: (message) => this.#hear(message),
-      see: (picture) => this.#dispatch("picture", picture),
+      see: (picture) => this.tell("picture", picture),
       lose: () => this.#lose(),
     });
   }
@@ -152,7 +152,7 @@ export class Session {
       this.link.send({ kind: "command", text, source, ref, seen: this.seen }),
     );
     if (answer.ok && answer.detail === STOPS) this.#stoppedAt = Math.max(this.#stoppedAt, at);
-    this.#dispatch("said", { text, answer, source, at });
+    this.tell("said", { text, answer, source, at });
     return answer;
   }
 
@@ -166,12 +166,12 @@ export class Session {
     }
     const press = drawPress();
     const left = this.link.send({ kind: "stop", press });
-    this.#dispatch("stopped", left);
+    this.tell("stopped", left);
     const why = t("session.the_robot_stops_by_itself_when");
     api.stop(press).then(
       () => {
-        this.#dispatch("stop-answered", Math.round(performance.now() - this.#stoppedAt));
-        if (!left) this.#dispatch("stopped", true);
+        this.tell("stop-answered", Math.round(performance.now() - this.#stoppedAt));
+        if (!left) this.tell("stopped", true);
       },
       (refusal) =>
         left || this.complain(t("session.stop_could_not_be_sent_message", { message: refusal.message, why })),
@@ -235,14 +235,9 @@ export class Session {
     void this.scrub(this.#sought * duration);
   }
 
-  /** @param {number} id of the pending command: begin it now */
-  async beginPendingCommand(id) {
-    await api.beginPendingCommand(id).catch((refusal) => this.complain(refusal.message));
-  }
-
-  /** @param {number} id of the pending command: drop it */
-  async dropPendingCommand(id) {
-    await api.dropPendingCommand(id).catch((refusal) => this.complain(refusal.message));
+  /** @param {"begin" | "drop"} does @param {number} id of the pending command */
+  async pendingCommand(does, id) {
+    await api.pendingCommand(does, id).catch((refusal) => this.complain(refusal.message));
   }
 
   /** @param {DriveFrame} frame */
@@ -271,47 +266,12 @@ export class Session {
   transcribe(transcript) {
     const now = performance.now();
     if (transcript.accepted && transcript.heard_as === STOPS) this.#stoppedAt = now;
-    this.#dispatch("transcript", unlessStopped(transcript, now, this.#stoppedAt));
-  }
-
-  /** @param {string} words so far: the talk button was released, and the transcript is pending */
-  awaitWords(words) {
-    this.#dispatch("reading", words);
-  }
-
-  /** @param {string} words so far of what is pending */
-  readsSoFar(words) {
-    this.#dispatch("so-far", words);
-  }
-
-  /** All that was said has been read. */
-  wasRead() {
-    this.#dispatch("read", null);
-  }
-
-  /** @param {Hearing | null} hearing what is heard while the talk button is held; null: it was released */
-  hears(hearing) {
-    this.#dispatch("hearing", hearing);
-  }
-
-  /** @param {boolean} speaking true while this browser plays the robot's voice */
-  speaks(speaking) {
-    this.#dispatch("speaking", speaking);
-  }
-
-  /** A person is about to speak to the robot. */
-  interrupt() {
-    this.#dispatch("interrupt", null);
+    this.tell("transcript", unlessStopped(transcript, now, this.#stoppedAt));
   }
 
   /** @param {string} sentence shown as a notice */
   complain(sentence) {
-    this.#dispatch("trouble", sentence);
-  }
-
-  /** @param {Offer} offer shown as a notice with a button */
-  offer(offer) {
-    this.#dispatch("offer", offer);
+    this.tell("trouble", sentence);
   }
 
   /**
@@ -331,7 +291,7 @@ export class Session {
 
   /** @param {string} sentence for screen readers */
   announce(sentence) {
-    this.#dispatch("announcement", sentence);
+    this.tell("announcement", sentence);
   }
 
   /** Start, or start again after a login. Dispatches "signed-out" when no user is signed in. */
@@ -340,7 +300,7 @@ export class Session {
       await api.me();
       this.link.open();
     } catch (refusal) {
-      if (refusal instanceof api.Refusal && refusal.status === 401) this.#dispatch("signed-out", null);
+      if (refusal instanceof api.Refusal && refusal.status === 401) this.tell("signed-out", null);
       else this.link.open(); // the link keeps trying, and a banner shows it
     }
   }
@@ -355,7 +315,7 @@ export class Session {
   #hear(message) {
     if (message.kind === "answer") {
       translate(message, "detail");
-      if (message.ref === 0 && !message.ok) this.#dispatch("trouble", message.detail ?? t("session.that_was_refused")); // a click in the scene
+      if (message.ref === 0 && !message.ok) this.tell("trouble", message.detail ?? t("session.that_was_refused")); // a click in the scene
       this.#asking.hear(message);
     } else if (message.kind === "hello") {
       const before = this.hello;
@@ -365,10 +325,10 @@ export class Session {
       this.#revision = -1;
       if (!this.#wantsCamera) this.link.send({ kind: "want", camera: false });
       if (this.#wantsCalibration !== null) this.link.send({ kind: "want", calibration: this.#wantsCalibration });
-      this.#dispatch("hello", message);
+      this.tell("hello", message);
       void this.#fetchKinds();
     } else if (message.kind === "calibration") {
-      this.#dispatch("calibration", /** @type {Calibration} */ (message.session));
+      this.tell("calibration", /** @type {Calibration} */ (message.session));
     } else {
       this.state = message;
       for (const notice of message.notices) translate(notice, "text");
@@ -377,7 +337,7 @@ export class Session {
       translate(message.route, "reason");
       translate(message.command, "remark");
       this.#watchLease(message.lease);
-      this.#dispatch("heard", this.view);
+      this.tell("heard", this.view);
       if (message.history_revision !== this.#revision) void this.#fetchHistory(message.history_revision);
     }
   }
@@ -387,7 +347,7 @@ export class Session {
     this.#drove = false;
     this.#lostControl = null;
     this.#restarted = robot.url === this.hello?.robot.url && robot.drives;
-    this.#dispatch("restarted", null);
+    this.tell("restarted", null);
   }
 
   /** The sentence about the restart was read. */
@@ -418,11 +378,11 @@ export class Session {
 
   #lose() {
     this.#asking.lose();
-    this.#dispatch("lost", null);
+    this.tell("lost", null);
     api.me().catch((refusal) => {
       if (refusal.status !== 401) return;
       this.link.close();
-      this.#dispatch("signed-out", null);
+      this.tell("signed-out", null);
     });
   }
 
@@ -431,7 +391,7 @@ export class Session {
     const kinds = await api.kinds().catch(() => this.kinds);
     const dry = this.hello?.robot.dry_run === true;
     this.kinds = dry ? kinds.filter(({ target, name }) => target === "person" || name === "stop_moving") : kinds;
-    this.#dispatch("kinds", this.kinds);
+    this.tell("kinds", this.kinds);
   }
 
   /** @param {number} revision */
@@ -441,22 +401,23 @@ export class Session {
     const rows = await api.history().catch(() => null);
     if (!rows || revision !== this.#revision) return;
     [this.history, this.historyAt] = [rows, at];
-    this.#dispatch("history", rows);
+    this.tell("history", rows);
   }
 
   /** @param {(ref: number) => boolean} send */
   async #asked(send) {
     const answer = await this.#asking.ask(send);
-    if (!answer.ok) this.#dispatch("trouble", answer.detail ?? t("session.that_was_refused"));
+    if (!answer.ok) this.tell("trouble", answer.detail ?? t("session.that_was_refused"));
     return answer;
   }
 
   /**
+   * Dispatch an event.
    * @template {keyof SessionEvents} K
    * @param {K} what
    * @param {SessionEvents[K]} detail
    */
-  #dispatch(what, detail) {
+  tell(what, detail) {
     this.#events.dispatchEvent(new CustomEvent(what, { detail }));
   }
 }

@@ -31,7 +31,7 @@ class AnswerButton extends Panel {
     this.#button.addEventListener("click", () => this.#turn(!this.#on));
     this.#speech.changed = (speaking) => {
       mark(this.#button, "data-state", speaking ? "on" : null);
-      this.session.speaks(speaking);
+      this.session.tell("speaking", speaking);
     };
     this.#speech.failed = (why) => {
       this.#turn(false);

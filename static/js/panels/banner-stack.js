@@ -68,10 +68,9 @@ class BannerStack extends Panel {
 
   /** @param {Banner} banner */
   #raise(banner) {
-    const offers = OFFERS[banner.offers].map(([words, act]) => {
-      const offer = make("button.button", { onclick: () => act(this.session, this) }, words);
-      return offer;
-    });
+    const offers = OFFERS[banner.offers].map(([words, act]) =>
+      make("button.button", { onclick: () => act(this.session, this) }, words),
+    );
     const row = make(
       "div.banner",
       { "data-tone": banner.tone, "data-banner": banner.id },

@@ -115,7 +115,7 @@ export class CommandLine extends Panel {
   async #say() {
     const waiting = mayBegin(this.session.view);
     if (waiting && this.#box.value === this.#heard && this.#chosen < 0) {
-      await this.session.beginPendingCommand(waiting.id); // an empty box, or the words of the pending command
+      await this.session.pendingCommand("begin", waiting.id); // an empty box, or the words of the pending command
       return;
     }
     const chosen = this.#offered[this.#chosen];

@@ -5,6 +5,7 @@ import { steerRoute } from "../net/marks-api.js";
 import * as room from "../net/room-api.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { couldCall, goesToPerson, isEmptyRoom, letCall } from "../ui/let-call.js";
+import { meter } from "../ui/meter.js";
 import { Panel } from "../ui/panel.js";
 import { StatusLog } from "../ui/status.js";
 import { t } from "../ui/texts.js";
@@ -34,13 +35,8 @@ class CommandStatus extends Panel {
   #left = make("span.status-left");
   #level = make("span.status-level", { "aria-hidden": "true", hidden: true });
   #suggestions = make("div.row.suggested", { role: "group", "aria-label": t("command-status.did_you_mean") });
-  #bar = make("div.bar-fill");
-  #progress = make(
-    "div.progress",
-    { role: "progressbar", "aria-label": t("command-status.progress"), "aria-valuemin": "0", "aria-valuemax": "100" },
-    this.#bar,
-  );
-  #cancel = make("button.button", icon("close"), t("command-status.cancel"));
+  #progress = meter("div.meter.progress", { role: "progressbar", "aria-label": t("command-status.progress") });
+  #cancel = make("button.button", { onclick: () => this.#end() }, icon("close"), t("command-status.cancel"));
   #steerWords = make("span");
   #steer = make("button.button", { hidden: true }, this.#steerWords);
   #log = new StatusLog();
@@ -53,12 +49,11 @@ class CommandStatus extends Panel {
       make("p.status-text", this.#words, this.#remark),
       this.#level,
       this.#suggestions,
-      this.#progress,
+      this.#progress.element,
       this.#left,
       this.#steer,
       this.#cancel,
     );
-    this.#cancel.addEventListener("click", () => this.#end());
     this.#steer.addEventListener("click", () => {
       const paused = this.session.state?.route?.state === "paused";
       void this.session.attempt(() => steerRoute(paused ? "resume" : "pause"));
@@ -89,16 +84,12 @@ class CommandStatus extends Panel {
     this.#steer.hidden = !route;
     this.#steer.disabled = !up;
     write(this.#steerWords, route?.state === "paused" ? t("route-card.go_on") : t("route-card.pause"));
-    this.#progress.hidden = !command || command.progress === null;
+    this.#progress.element.hidden = !command || command.progress === null;
     this.#cancel.disabled = !up;
     const left = state ? this.#toGo.saw(state, view.hello?.robot.cruise_m_s ?? 0) : [];
     this.#left.hidden = left.length === 0 || !command;
     if (left.length) write(this.#left, t("command-status.join_to_go", { join: left.join(", ") }));
-    if (command) {
-      const percent = Math.round((command.progress ?? 0) * 100);
-      this.#bar.style.width = `${percent}%`;
-      mark(this.#progress, "aria-valuenow", String(percent));
-    }
+    if (command) this.#progress.set(command.progress ?? 0);
     const line = this.#log.line(view, now, state?.ears?.starting ? { ...READY, remark: GETTING_READY } : READY);
     const offered = (line.room && state?.ears?.suggested_commands) || line.suggestions;
     const refused = line.state === "" || line.state === "refused";
@@ -161,7 +152,7 @@ class CommandStatus extends Panel {
     );
     now.addEventListener("click", () => {
       now.disabled = true;
-      void this.session.beginPendingCommand(late.id).finally(() => (now.disabled = false));
+      void this.session.pendingCommand("begin", late.id).finally(() => (now.disabled = false));
     });
     this.#suggestions.replaceChildren(now);
   }
@@ -174,9 +165,8 @@ class CommandStatus extends Panel {
     if (this.#suggestions.dataset["suggested"] === key) return;
     this.#suggestions.dataset["suggested"] = key;
     const ask = make("button.chip", { disabled: asked !== "" }, t("lease-chip.ask_for_control"));
-    const take = make("button.chip", t("lease-chip.take_over"));
+    const take = make("button.chip", { onclick: () => void this.session.lease("take") }, t("lease-chip.take_over"));
     ask.addEventListener("click", () => void this.session.lease("ask"));
-    take.addEventListener("click", () => void this.session.lease("take"));
     this.#suggestions.replaceChildren(ask, take);
   }
 
@@ -212,8 +202,7 @@ class CommandStatus extends Panel {
 
   /** @param {string} text */
   #offer(text) {
-    const button = make("button.chip", { onclick: () => void this.session.say(text, "chip") }, text);
-    return button;
+    return make("button.chip", { onclick: () => void this.session.say(text, "chip") }, text);
   }
 }
 

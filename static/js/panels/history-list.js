@@ -72,8 +72,7 @@ class HistoryList extends Panel {
 
   /** @param {string} words */
   #try(words) {
-    const chip = make("button.chip", { onclick: () => void this.session.say(words, "chip") }, words);
-    return chip;
+    return make("button.chip", { onclick: () => void this.session.say(words, "chip") }, words);
   }
 
   /** @param {string} words @param {readonly string[]} suggestions */
@@ -140,10 +139,9 @@ class HistoryList extends Panel {
 
   /** @param {string} words of a refused command @param {boolean} newest */
   #offers(words, newest) {
-    const chips = (this.#meant.get(words) ?? []).map((text) => {
-      const chip = make("button.chip", { onclick: () => void this.session.say(text, "chip") }, text);
-      return chip;
-    });
+    const chips = (this.#meant.get(words) ?? []).map((text) =>
+      make("button.chip", { onclick: () => void this.session.say(text, "chip") }, text),
+    );
     if (newest && couldCall() && goesToPerson(this.session, words)) chips.push(letCall(couldCall(), words));
     if (chips.length === 0) return null;
     return make("div.row.suggested", { role: "group", "aria-label": t("command-status.did_you_mean") }, ...chips);

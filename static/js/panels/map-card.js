@@ -190,8 +190,7 @@ class MapCard extends Panel {
    * @param {() => void} then
    */
   #act(look, name, words, then) {
-    const button = make("button", { class: `button small ${look}`, "aria-label": name }, words);
-    button.addEventListener("click", then);
+    const button = make("button", { class: `button small ${look}`, "aria-label": name, onclick: then }, words);
     return button;
   }
 

@@ -45,9 +45,11 @@ class PendingCommandCard extends Panel {
       make("div.pending-words", this.#title, this.#facts),
       make("div.inline.pending-ways", this.#when, this.#go, this.#cancel),
     );
-    this.#go.addEventListener("click", () => this.#press(this.#go, this.session.beginPendingCommand(this.#waiting)));
+    this.#go.addEventListener("click", () =>
+      this.#press(this.#go, this.session.pendingCommand("begin", this.#waiting)),
+    );
     this.#cancel.addEventListener("click", () =>
-      this.#press(this.#cancel, this.session.dropPendingCommand(this.#waiting)),
+      this.#press(this.#cancel, this.session.pendingCommand("drop", this.#waiting)),
     );
   }
 

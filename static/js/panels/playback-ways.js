@@ -17,14 +17,9 @@ const WAYS = [
 const SLOWER = 0.9; // of the speed that was asked for
 
 class PlaybackWays extends Panel {
-  #ways = WAYS.map(([way, name, title]) => {
-    const button = make(
-      "button.preset",
-      { "data-way": way, title, onclick: () => this.#choose(way, this.#compares) },
-      name,
-    );
-    return button;
-  });
+  #ways = WAYS.map(([way, name, title]) =>
+    make("button.preset", { "data-way": way, title, onclick: () => this.#choose(way, this.#compares) }, name),
+  );
   #group = make("div.presets", { role: "group", "aria-label": t("playback-ways.way_of_the_recording") }, ...this.#ways);
   #box = make("input", { type: "checkbox", onchange: () => this.#choose(this.#way, this.#box.checked) });
   #compare = make("label.compare", this.#box, t("playback-ways.compare"));

@@ -58,7 +58,7 @@ class RobotBadge extends Panel {
       this.#name.title = robot.url;
       const name = robot.kind === "LOG" || this.session.opening ? "" : mapLeft();
       const text = t("nav2-card.the_map_name_is_kept", { name });
-      if (name) this.session.offer({ text, words: t("recorder.show"), event: "show-maps" });
+      if (name) this.session.tell("offer", { text, words: t("recorder.show"), event: "show-maps" });
     });
   }
 

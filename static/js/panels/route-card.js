@@ -246,11 +246,11 @@ class RouteCard extends Panel {
       action,
       text,
     );
+    row.addEventListener("dragover", (event) => event.preventDefault());
     row.addEventListener("dragstart", (event) => {
       this.#dragged = index;
       event.dataTransfer?.setData("text/plain", stop.place); // without it, Firefox drags nothing
     });
-    row.addEventListener("dragover", (event) => event.preventDefault());
     row.addEventListener("drop", (event) => {
       event.preventDefault();
       this.#move(this.#dragged, index);
@@ -260,9 +260,8 @@ class RouteCard extends Panel {
 
   /** @param {string} drawing @param {string} says @param {() => void} then */
   #act(drawing, says, then) {
-    const button = make("button.icon-button.small", { "aria-label": says, title: says }, icon(drawing));
+    const button = make("button.icon-button.small", { "aria-label": says, title: says, onclick: then }, icon(drawing));
     mark(button, "data-act", drawing);
-    button.addEventListener("click", then);
     return button;
   }
 

@@ -23,15 +23,14 @@ class ViewTabs extends Panel {
       make(
         "div.view-tabs",
         { role: "group", "aria-label": t("view-tabs.views") },
-        ...VIEWS.map(([view, name]) => {
-          const button = make(
+        ...VIEWS.map(([view, name]) =>
+          make(
             "button.view-tab",
             { "data-to": view, onclick: () => this.open(view) },
             icon(ICONS[view]),
             make("span", name),
-          );
-          return button;
-        }),
+          ),
+        ),
       ),
     );
     this.open("map");

@@ -115,11 +115,11 @@ export class VoiceButton extends Panel {
       if (remark) this.session.complain(remark);
       this.#draw();
     };
-    this.#talk.wasRead = () => this.session.wasRead();
+    this.#talk.wasRead = () => this.session.tell("read", null);
     this.#talk.heard = (transcript) => this.session.transcribe({ ...transcript, held: this.#mode === "held" });
     this.#talk.heardSoFar = (words) => {
       this.#soFar = words.replace(/[.,!?\s]+$/, "");
-      if (!this.#held && !this.#open.checked) this.session.readsSoFar(this.#soFar);
+      if (!this.#held && !this.#open.checked) this.session.tell("so-far", this.#soFar);
       this.#draw();
     };
     this.#talk.ended = (why) => {
@@ -152,7 +152,7 @@ export class VoiceButton extends Panel {
     this.#held = down;
     if (down) void this.#begin("held");
     else {
-      if (this.#talk.speaking && !this.#stopped) this.session.awaitWords(this.#soFar);
+      if (this.#talk.speaking && !this.#stopped) this.session.tell("reading", this.#soFar);
       setTimeout(() => !this.#held && this.#talk.rest(), AFTER_MS);
     }
     this.#draw();
@@ -177,7 +177,7 @@ export class VoiceButton extends Panel {
     this.#stopped = false;
     this.#mode = mode;
     this.#used = performance.now();
-    this.session.interrupt();
+    this.session.tell("interrupt", null);
     this.#talk.open();
     if (!(await this.#microphone.open(this.#cleaning()))) {
       this.#held = this.#open.checked = false;
@@ -289,7 +289,7 @@ export class VoiceButton extends Panel {
   /** @param {number} level 0..1 */
   #tellHearing(level) {
     const shown = this.#held;
-    if (shown || this.#shown) this.session.hears(shown ? { words: this.#soFar, level } : null);
+    if (shown || this.#shown) this.session.tell("hearing", shown ? { words: this.#soFar, level } : null);
     this.#shown = shown;
   }
 

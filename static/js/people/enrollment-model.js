@@ -21,7 +21,6 @@ export const pictureOf = (id, number) => `${ROOT}/${id}/pictures/${number}.jpg`;
 export class EnrollmentModel extends PageModel {
   /** @type {PeopleState | null} null until it was read */
   state = null;
-  busy = false;
   outcome = ""; // of the newest call
   /** @type {string[]} */
   inhabitants = []; // people in the simulated room who can show themselves
@@ -35,8 +34,8 @@ export class EnrollmentModel extends PageModel {
     super(session);
     session.on("hello", () => void this.read());
     session.on("hello", () => void this.#readInhabitants());
-    setInterval(() => this.#look(), ASK_MS);
-    document.addEventListener("visibilitychange", () => this.#visible && void this.read()); // the tab was hidden
+    this.poll(ASK_MS, () => this.#looks);
+    document.addEventListener("visibilitychange", () => this.visible && void this.read()); // the tab was hidden
   }
 
   /** @returns {Enrollment | null} */
@@ -49,6 +48,7 @@ export class EnrollmentModel extends PageModel {
     return this.enrollment !== null && this.enrollment.owner === this.session.hello?.you.id;
   }
 
+  /** @override */
   async read() {
     const request = ++this.#asked;
     this.#askedAt = performance.now();
@@ -65,17 +65,11 @@ export class EnrollmentModel extends PageModel {
     this.tell();
   }
 
-  get #visible() {
-    return this.session.hello !== null && document.visibilityState === "visible";
-  }
-
-  /** Poll for changes made elsewhere; never while a request is open. */
-  #look() {
+  /** True where changes may be made elsewhere; never while a request is open. */
+  get #looks() {
     const { enrollment } = this;
-    if (!enrollment || this.#open > 0 || !this.#visible) return;
-    const soon = this.mine && (this.busy || enrollment.demo);
-    const late = !this.mine && performance.now() - this.#askedAt > LOOK_MS;
-    if (soon || late) void this.read();
+    if (!enrollment || this.#open > 0) return false;
+    return this.mine ? this.busy !== "" || enrollment.demo : performance.now() - this.#askedAt > LOOK_MS;
   }
 
   begin() {
@@ -167,10 +161,10 @@ export class EnrollmentModel extends PageModel {
 
   /** @param {() => Promise<unknown>} act */
   async #tried(act) {
-    this.busy = true;
+    this.busy = t("people-enrollment.one_moment");
     this.tell();
     const done = await this.session.attempt(act);
-    this.busy = false;
+    this.busy = "";
     await this.read();
     return done;
   }

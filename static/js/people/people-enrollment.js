@@ -180,7 +180,7 @@ class PeopleEnrollment extends PagePanel {
     this.#intro.hidden = enrollments.mine;
     this.#enrollment.hidden = !enrollments.mine;
     this.#offer(state.camera);
-    this.#begin.disabled = !enrollments.may || enrollments.busy || others;
+    this.#begin.disabled = !enrollments.may || enrollments.busy !== "" || others;
     write(
       this.#whyNot,
       !enrollments.may
@@ -221,11 +221,7 @@ class PeopleEnrollment extends PagePanel {
     const words = inLanguage(enrollment.trouble || (newest?.words ?? ""));
     const waits =
       enrollment.waits ||
-      (enrollment.demo
-        ? t("people-enrollment.the_simulated_person_shows_the_gesture")
-        : this.model.busy
-          ? t("people-enrollment.one_moment")
-          : "");
+      (enrollment.demo ? t("people-enrollment.the_simulated_person_shows_the_gesture") : this.model.busy);
     write(this.#verdict, words);
     write(this.#waits, waits);
     mark(this.#verdict, "data-tone", enrollment.trouble || (newest && !newest.good) ? "stale" : "live");
@@ -239,7 +235,7 @@ class PeopleEnrollment extends PagePanel {
     this.#take.disabled = !this.#counting && (!this.#idle || !this.#stage.ready);
     this.#choose.hidden = !upload;
     this.#show.hidden = !simulated || this.#source !== "robot";
-    this.#show.disabled = this.model.busy;
+    this.#show.disabled = this.model.busy !== "";
     this.#who.hidden = this.#show.hidden || enrollment.demo || this.#offerInhabitants(enrollment.id) === 0;
     this.#turnLeft.hidden = this.#turnRight.hidden = this.#show.hidden || enrollment.demo || !enrollment.trouble;
     say(this.#show, enrollment.demo ? t("people-enrollment.enough_shown") : t("people-enrollment.show_me"), "demo");

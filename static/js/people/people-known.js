@@ -57,7 +57,7 @@ class PeopleKnown extends PagePanel {
     const enrollments = this.model;
     if (!enrollments?.state) return;
     this.#trial.hidden = !enrollments.state.stands || enrollments.enrollment !== null || !enrollments.may;
-    this.#call.disabled = this.#leave.disabled = enrollments.busy;
+    this.#call.disabled = this.#leave.disabled = enrollments.busy !== "";
     write(this.#outcome, enrollments.outcome);
     const { people, chosen } = enrollments.state;
     if (!isNew(this, people, chosen, enrollments.may, this.#asked)) return;

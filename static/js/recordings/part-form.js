@@ -42,7 +42,7 @@ export function askForPart(form, { seconds, may, film, cut, leave, here, changed
     });
     return button;
   };
-  const quit = make("button.button", t("map-card.leave_it"));
+  const quit = make("button.button", { onclick: leave }, t("map-card.leave_it"));
   form.append(
     make("label", t("part-form.from"), from),
     ...(here ? [set(from, t("part-form.from_here"))] : []),
@@ -57,7 +57,6 @@ export function askForPart(form, { seconds, may, film, cut, leave, here, changed
   onSubmit(form, () => {
     if (may) void cut(part());
   });
-  quit.addEventListener("click", leave);
   form.addEventListener("keydown", (event) => event.key === "Escape" && leave());
   from.focus();
   form.scrollIntoView({ block: "nearest" });

@@ -117,12 +117,10 @@ class RecordingsList extends PagePanel {
 
   /** @param {HTMLElement} row @param {string} name */
   #play(row, name) {
-    const model = this.model;
     const question = this.#ask(row, "div", { role: "group", hidden: true });
-    askToOpen(question, {
+    askToOpen(question, this.session, {
       url: urlOf(name),
-      unsaved: model.unsaved,
-      open: (save) => void model.play(name, save),
+      open: (save) => void this.model.play(name, save),
       stay: () => focusOn(row),
     });
   }

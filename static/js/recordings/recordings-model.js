@@ -1,7 +1,6 @@
 // Client model of the recordings page: the list, which is read again when the state says that it has changed.
 
 import { openInstead, saveMap } from "../connect/opening.js";
-import { sentenceOf } from "../net/api.js";
 import * as recordings from "../net/recordings-api.js";
 import { day, duration, size } from "../ui/format.js";
 import { PageModel } from "../ui/page-model.js";
@@ -15,10 +14,6 @@ const CLOCK_SET_S = 946_684_800; // the year 2000: what says less is a clock tha
 export class RecordingsModel extends PageModel {
   /** @type {Recording[] | null} newest first; null until they were read */
   recordings = null;
-  /** A sentence on what is being done, or on what went wrong; "" for neither. */
-  busy = "";
-  trouble = "";
-  #shown = false;
   #revision = -1;
 
   /** @param {Session} session */
@@ -30,34 +25,26 @@ export class RecordingsModel extends PageModel {
     session.on("heard", () => this.#watch());
   }
 
-  /** True where the map would be lost. */
-  get unsaved() {
-    return this.session.state?.map.unsaved === true;
-  }
-
-  /** @param {boolean} shown true while the page is open */
+  /** @override @param {boolean} shown */
   follow(shown) {
-    this.#shown = shown;
     this.#revision = -1;
+    this.shown = shown;
     this.#watch();
   }
 
   #watch() {
     const { hello, state } = this.session;
     const revision = state?.recording?.revision ?? 0;
-    if (!this.#shown || !hello || !state || revision === this.#revision) return;
+    if (!this.shown || !hello || !state || revision === this.#revision) return;
     this.#revision = revision;
     void this.read();
   }
 
-  async read() {
-    try {
+  /** @override */
+  read() {
+    return this.reading(async () => {
       this.recordings = await recordings.list();
-      this.trouble = "";
-    } catch (refusal) {
-      this.trouble = sentenceOf(refusal);
-    }
-    this.tell();
+    });
   }
 
   /** @param {string} name @param {{name: string, note: string}} fresh @returns {Promise<boolean>} whether it was done */
@@ -89,18 +76,11 @@ export class RecordingsModel extends PageModel {
   }
 
   /** @param {string} doing @param {() => Promise<unknown>} act */
-  async #tried(doing, act) {
-    [this.busy, this.trouble] = [doing, ""];
-    this.tell();
-    try {
+  #tried(doing, act) {
+    return this.during(doing, async () => {
       await act();
       await this.read();
-    } catch (refusal) {
-      this.trouble = sentenceOf(refusal);
-    }
-    this.busy = "";
-    this.tell();
-    return this.trouble === "";
+    });
   }
 }
 

@@ -10,5 +10,10 @@ import { Runs } from "./runs.js";
 export function create(session) {
   const model = new Runs(session);
   const parts = ["quality-form", "quality-result", "quality-list"].map((name) => document.createElement(name));
-  return { element: make("div.quality-page", ...parts), model, opened: () => void model.read() };
+  return {
+    element: make("div.quality-page", ...parts),
+    model,
+    opened: () => model.follow(true),
+    left: () => model.follow(false),
+  };
 }

@@ -1,55 +1,22 @@
 // Element <quality-list>: stored measurements, newest first.
 
 import { since } from "../calibration/active-calibration.js";
-import { icon, isNew, make } from "../ui/element.js";
-import { PagePanel } from "../ui/panel.js";
-import { runRow } from "../ui/run-row.js";
+import { RunList } from "../ui/run-parts.js";
 import { t } from "../ui/texts.js";
 
-/** @import { QualityRunState as Run } from "../net/rest.js" */
-/** @import { Runs } from "./runs.js" */
-
-/** @extends {PagePanel<Runs>} */
-class QualityList extends PagePanel {
-  #rows = make("ul.rows");
-
+/** @extends {RunList<import("./runs.js").Runs>} */
+class QualityList extends RunList {
   /** @override */
-  build() {
-    const head = make("div.card-head", make("h2.card-title", t("quality-list.measured_before")));
-    this.append(make("section.card", { "aria-label": t("quality-list.measured_before") }, head, this.#rows));
-    this.hidden = true;
-  }
+  heading = t("quality-list.measured_before");
 
-  /** @override */
-  draw() {
-    const all = this.model.runs ?? [];
-    this.hidden = all.length === 0;
-    if (
-      !isNew(
-        this,
-        all.map(({ id, state, summary }) => [id, state, summary]),
-        this.model.selected?.id,
-      )
-    )
-      return;
-    this.#rows.replaceChildren(...all.map((run) => this.#row(run)));
-  }
-
-  /** @param {Run} run */
-  #row(run) {
-    const { distances_m: far, phrases } = run.setup;
-    const about = { join: far.join(", "), phrases, who: run.who, since: since(run.at_s) };
-    const away = make(
-      "button.icon-button",
-      { "aria-label": t("quality-list.delete_this_measurement"), onclick: () => void this.model.remove(run.id) },
-      icon("trash"),
-    );
-    const words = {
-      drawing: run.state,
-      name: run.summary || run.reason || run.doing || run.state,
+  /** @override @param {import("../net/rest.js").QualityRunState} run */
+  words({ setup, who, at_s, summary, reason, doing, state }) {
+    const about = { join: setup.distances_m.join(", "), phrases: setup.phrases, who, since: since(at_s) };
+    return {
+      name: summary || reason || doing || state,
       note: t("quality-list.join_m_phrases_phrases_who_since", about),
+      away: t("quality-list.delete_this_measurement"),
     };
-    return runRow(this.model, run, words, away);
   }
 }
 

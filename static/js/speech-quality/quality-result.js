@@ -1,8 +1,10 @@
 // Element <quality-result>: progress and results of one measurement, one row per place.
 
-import { icon, isNew, make, mark, write } from "../ui/element.js";
+import { isNew, make, write } from "../ui/element.js";
 import { timeOfDay } from "../ui/format.js";
+import { meter } from "../ui/meter.js";
 import { PagePanel } from "../ui/panel.js";
+import { RunProgress } from "../ui/run-parts.js";
 import { t } from "../ui/texts.js";
 import { report } from "./runs.js";
 
@@ -27,15 +29,7 @@ class QualityResult extends PagePanel {
   #title = make("h2", "");
   #summary = make("p");
   #verdict = make("p.note");
-  #doing = make("span.quality-doing");
-  #bar = make("div.bar-fill");
-  #progress = make(
-    "div.progress",
-    { role: "progressbar", "aria-label": t("quality-result.progress"), "aria-valuemin": "0", "aria-valuemax": "100" },
-    this.#bar,
-  );
-  #cancel = make("button.button", icon("close"), t("quality-result.cancel"));
-  #going = make("div.row.quality-going", this.#doing, this.#progress, this.#cancel);
+  #going = new RunProgress(() => this.model);
   #body = make("tbody");
   #table = make(
     "div.quality-scroll",
@@ -51,16 +45,12 @@ class QualityResult extends PagePanel {
         { "aria-label": t("quality-result.result") },
         this.#title,
         this.#summary,
-        this.#going,
+        this.#going.element,
         this.#table,
         this.#verdict,
         make("p.note", t("quality-result.osqe_d_and_r_compare_wrong")),
       ),
     );
-    this.#cancel.addEventListener("click", () => {
-      const run = this.model.selected;
-      if (run) void this.model.cancel(run.id);
-    });
     this.draw();
   }
 
@@ -70,7 +60,8 @@ class QualityResult extends PagePanel {
     if (run === null) {
       write(this.#title, t("quality-result.nothing_was_measured_here_yet"));
       write(this.#summary, PROMISE);
-      for (const part of [this.#going, this.#table, this.#verdict]) part.hidden = true;
+      this.#table.hidden = this.#verdict.hidden = true;
+      this.#going.show(null, false, "");
       return;
     }
     const running = run.state === "running";
@@ -81,13 +72,7 @@ class QualityResult extends PagePanel {
         : t("quality-result.measured_timeofday", { timeofday: timeOfDay(run.at_s) }),
     );
     write(this.#summary, run.state === "failed" ? run.reason : run.summary);
-    this.#going.hidden = !running && run.state !== "cancelled";
-    this.#cancel.hidden = this.#progress.hidden = !running;
-    this.#cancel.disabled = !this.model.may;
-    write(this.#doing, run.doing);
-    const percent = Math.round(100 * run.progress);
-    this.#bar.style.width = `${percent}%`;
-    mark(this.#progress, "aria-valuenow", String(percent));
+    this.#going.show(run, this.model.may, running || run.state === "cancelled" ? run.doing : "");
     this.#table.hidden = run.rows.length === 0;
     const [judged] = run.rows.filter((row) => row.verdict);
     write(this.#verdict, judged ? `${place(judged)}: ${judged.verdict}` : "");
@@ -116,12 +101,14 @@ function line(run, row, index) {
   }
   const ratio = row.osqe_r === null || row.osqe_r === undefined ? "–" : row.osqe_r.toFixed(2);
   const difference = row.osqe_d ?? 0;
+  const share = meter("div.meter.share", { "aria-hidden": "true" });
+  share.set((row.commands_exact ?? 0) / row.commands);
   return make(
     "tr",
     ...head,
     make(
       "td",
-      bar((row.commands_exact ?? 0) / row.commands),
+      share.element,
       t("quality-result.commandsexact_of_commands", { commandsexact: row.commands_exact, commands: row.commands }),
     ),
     make(
@@ -141,13 +128,6 @@ function line(run, row, index) {
         make("a.link", { href: report(run.id, index), target: "_blank", rel: "noopener" }, t("quality-result.open")),
     ),
   );
-}
-
-/** @param {number} share 0..1 */
-function bar(share) {
-  const fill = make("span.share-fill");
-  fill.style.width = `${Math.round(100 * share)}%`;
-  return make("span.share", { "aria-hidden": "true" }, fill);
 }
 
 customElements.define("quality-result", QualityResult);

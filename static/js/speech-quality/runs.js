@@ -1,6 +1,6 @@
 // Client model of the speech quality page: all measurements, the selected one, and requests to the server.
 
-import { address, call } from "../net/api.js";
+import { address } from "../net/api.js";
 import { RunsModel } from "../ui/page-model.js";
 import { t } from "../ui/texts.js";
 
@@ -19,21 +19,17 @@ export class Runs extends RunsModel {
 
   /** @param {Session} session */
   constructor(session) {
-    super(session, ROOT);
-    session.on("hello", () => void this.read());
-    setInterval(() => this.running && document.visibilityState === "visible" && void this.read(), ASK_MS);
+    super(session, ROOT, ROOT);
+    this.poll(ASK_MS, () => this.running !== null);
   }
 
-  /** @override */
-  async read() {
-    /** @type {{runs: Run[], why_not: string} | null} */
-    const answer = await call(ROOT).catch(() => null);
-    if (!answer) return;
-    const before = this.running;
-    [this.runs, this.whyNot] = [answer.runs, answer.why_not];
-    const after = before && this.runs.find((run) => run.id === before.id);
-    if (after && after.state !== "running")
-      this.session.announce(t("runs.measured_summary", { summary: after.summary || after.reason }));
-    this.tell();
+  /** @override @param {{runs: Run[], why_not: string}} answer */
+  take({ runs, why_not }) {
+    [this.runs, this.whyNot] = [runs, why_not];
+  }
+
+  /** @override @param {Run} run */
+  endOf({ summary, reason }) {
+    return t("runs.measured_summary", { summary: summary || reason });
   }
 }

@@ -103,6 +103,16 @@ export function isNew(owner, ...values) {
   return differs;
 }
 
+/**
+ * A button that is a drawing.
+ * @param {string} drawing
+ * @param {string} says its name for who does not see it
+ * @param {() => void} onclick
+ * @param {{title?: string, look?: string}} [more] what the pointer says; further classes
+ */
+export const iconButton = (drawing, says, onclick, { title, look } = {}) =>
+  make("button", { class: `icon-button ${look ?? ""}`.trim(), "aria-label": says, title, onclick }, icon(drawing));
+
 /** Do it when the form is sent, instead of sending it. @param {HTMLFormElement} form @param {() => void} act */
 export function onSubmit(form, act) {
   form.addEventListener("submit", (event) => {

@@ -1,11 +1,15 @@
 // What the models of the pages have in common: who listens, and who may change something.
 
-import { call, post } from "../net/api.js";
+import { call, post, sentenceOf } from "../net/api.js";
 
 /** @import { Session } from "../net/session.js" */
 
 /** Client model of a page: its panels hear of every change. */
 export class PageModel {
+  shown = false; // the page is open
+  busy = ""; // a sentence on what is being done
+  #failed = ""; // why what was asked for last did not work; it stays until something else is asked for
+  #unread = ""; // why what the page shows could not be read
   /** @type {Set<() => void>} */
   #listeners = new Set();
 
@@ -27,6 +31,63 @@ export class PageModel {
   tell() {
     for (const listener of this.#listeners) listener();
   }
+
+  /** A sentence on what went wrong; "" when nothing did. */
+  get trouble() {
+    return this.#failed || this.#unread;
+  }
+
+  async read() {}
+
+  /** @param {boolean} shown true while the page is open */
+  follow(shown) {
+    this.shown = shown;
+    if (shown) void this.read();
+  }
+
+  /** True while the page is linked and its window is seen. */
+  get visible() {
+    return this.session.hello !== null && document.visibilityState === "visible";
+  }
+
+  /** Read again and again while it is wanted. @param {number} period [ms] @param {() => boolean} wants */
+  poll(period, wants) {
+    setInterval(() => this.visible && wants() && void this.read(), period);
+  }
+
+  /** Read what the page shows, and say why where it cannot be read. @param {() => Promise<unknown>} act */
+  async reading(act) {
+    try {
+      await act();
+      this.#unread = "";
+    } catch (refusal) {
+      this.#unread = sentenceOf(refusal);
+    }
+    this.tell();
+  }
+
+  /**
+   * Do what was asked for, and say why where it does not work.
+   * @param {string} doing @param {() => Promise<unknown>} act
+   * @returns {Promise<boolean>} whether it was done
+   */
+  async during(doing, act) {
+    [this.busy, this.#failed] = [doing, ""];
+    this.tell();
+    try {
+      await act();
+    } catch (refusal) {
+      this.#failed = sentenceOf(refusal);
+    }
+    this.busy = "";
+    this.tell();
+    return this.#failed === "";
+  }
+
+  /** Forget what did not work. */
+  forgive() {
+    this.#failed = "";
+  }
 }
 
 /**
@@ -39,10 +100,12 @@ export class RunsModel extends PageModel {
   /** @type {string} of the one that is shown; "" for the newest */
   chosen = "";
 
-  /** @param {Session} session @param {string} root of the requests about one */
-  constructor(session, root) {
+  /** @param {Session} session @param {string} all path of what the page shows @param {string} root of the requests about one */
+  constructor(session, all, root) {
     super(session);
+    this.all = all;
     this.root = root;
+    session.on("hello", () => this.shown && void this.read());
   }
 
   get running() {
@@ -59,7 +122,23 @@ export class RunsModel extends PageModel {
     this.tell();
   }
 
-  async read() {}
+  /** @override */
+  async read() {
+    const before = this.running;
+    await this.reading(async () => this.take(await call(this.all)));
+    const after = before && this.runs?.find((run) => run.id === before.id);
+    if (after && after.state !== "running") this.session.announce(this.endOf(after));
+  }
+
+  /** @param {any} answer with the runs */
+  take({ runs }) {
+    this.runs = runs;
+  }
+
+  /** What is announced at its end. @param {Run} _run */
+  endOf(_run) {
+    return "";
+  }
 
   /** @param {object} request */
   begin(request) {

@@ -38,14 +38,9 @@ export class PeopleNear extends HTMLElement {
     const own = make("button.button", { type: "submit" }, t("people-near.say"));
     this.#bubble.append(
       this.#says,
-      ...SENTENCES.map((words) => {
-        const button = make(
-          "button.chip",
-          { "data-says": words, onclick: () => void this.#speak(this.#who, words) },
-          words,
-        );
-        return button;
-      }),
+      ...SENTENCES.map((words) =>
+        make("button.chip", { "data-says": words, onclick: () => void this.#speak(this.#who, words) }, words),
+      ),
       make("span.people-own", this.#own, own),
     );
     onSubmit(this.#bubble, () => {
@@ -144,7 +139,7 @@ export class PeopleNear extends HTMLElement {
 
   /** @param {string} id */
   #person(id) {
-    const button = make(
+    return make(
       "button.person-chip",
       {
         "data-person": id,
@@ -155,7 +150,6 @@ export class PeopleNear extends HTMLElement {
       make("span.person-name", id),
       make("span.note"),
     );
-    return button;
   }
 
   /** @param {string} id "" for nobody */

@@ -67,5 +67,5 @@ function refuse(session, why) {
 export function showFinished(session, key, { name, seconds, bytes }) {
   const text = t(key, { name, time: duration(seconds), size: size(bytes) });
   if (document.body.dataset["page"] === "recordings") return session.announce(text); // the list shows it
-  session.offer({ text, words: t("recorder.show"), event: "show-recordings" });
+  session.tell("offer", { text, words: t("recorder.show"), event: "show-recordings" });
 }

@@ -5,7 +5,7 @@ import { Panel } from "./panel.js";
 import { t } from "./texts.js";
 
 export class Sheet extends Panel {
-  #close = make("button.icon-button", { "aria-label": t("sheet.close") }, icon("close"));
+  #close = make("button.icon-button", { "aria-label": t("sheet.close"), onclick: () => this.shut() }, icon("close"));
   /** @type {HTMLElement | null} */
   #cameFrom = null;
 
@@ -16,7 +16,6 @@ export class Sheet extends Panel {
     const heading = make("h2.card-title", title);
     const head = make("div.card-head", heading, make("span.spring"), this.#close);
     this.append(make("div.card.sheet", head, ...content));
-    this.#close.addEventListener("click", () => this.shut());
     this.addEventListener("click", (event) => event.target === this && event.detail < 2 && this.#leave(event));
     addEventListener("keydown", (event) => event.key === "Escape" && this.shut());
   }
