@@ -1,6 +1,7 @@
 // Drawing functions over a picture: found corners, advised view, arrow, laser points.
 
 import { rangeColour } from "../ui/colormap.js";
+import { trace } from "../ui/place-drawing.js";
 
 /** @import { Hint } from "./board-hint.js" */
 /** @import { Advice, Pixel } from "./types.js" */
@@ -134,12 +135,8 @@ function label({ brush, unit }, words, x, y) {
 /** @param {Pixel[]} pixels @param {(pixel: Pixel) => Pixel} place */
 function ring(pixels, place) {
   const path = new Path2D();
-  pixels.forEach((pixel, index) => {
-    const [x, y] = place(pixel);
-    if (index) path.lineTo(x, y);
-    else path.moveTo(x, y);
-  });
-  path.closePath();
+  const points = pixels.map(place).map(([x, y]) => ({ x, y }));
+  trace(path, points, true);
   return path;
 }
 

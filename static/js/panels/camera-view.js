@@ -8,6 +8,7 @@ import { HeadUp } from "../ui/head-up.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
 import { PictureChip } from "../ui/picture-quality-chip.js";
+import { drawCross } from "../ui/place-drawing.js";
 import { t } from "../ui/texts.js";
 
 /** @import { CameraOverlay } from "../net/messages.js" */
@@ -244,12 +245,7 @@ function drawPerson(brush, person, scale) {
   const [u, v] = /** @type {[number, number]} */ (person.centre_px.map((place) => (place + 0.5) * scale));
   brush.strokeStyle = "#ffd24a";
   brush.lineWidth = Math.max(1.5, scale * 0.8);
-  brush.beginPath();
-  brush.moveTo(u - 4 * scale, v);
-  brush.lineTo(u + 4 * scale, v);
-  brush.moveTo(u, v - 4 * scale);
-  brush.lineTo(u, v + 4 * scale);
-  brush.stroke();
+  drawCross(brush, { x: u, y: v }, 4 * scale);
 }
 
 /**

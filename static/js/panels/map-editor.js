@@ -6,6 +6,7 @@ import { make, mark, nameField, onSubmit, write } from "../ui/element.js";
 import { FloorView } from "../ui/floor-view.js";
 import { day } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { drawCross, trace } from "../ui/place-drawing.js";
 import { refill } from "../ui/press.js";
 import { t } from "../ui/texts.js";
 import { onTheme } from "../ui/theme.js";
@@ -372,40 +373,19 @@ class MapEditor extends Panel {
     this.#line(context, points, brush, thin);
     context.globalAlpha = 1;
     if (this.#cursor && document.activeElement === this.#canvas) {
-      const { x, y } = this.#view.drawn(this.#cursor);
-      this.#stroke(context, [
-        [x - 10, y],
-        [x + 10, y],
-      ]); // prettier-ignore
-      this.#stroke(context, [
-        [x, y - 10],
-        [x, y + 10],
-      ]); // prettier-ignore
+      context.lineWidth = 2;
+      drawCross(context, this.#view.drawn(this.#cursor), 10);
     }
   }
 
   /** @param {CanvasRenderingContext2D} context @param {Point[]} points [m] @param {number} wide [px] @param {boolean} closed */
   #line(context, points, wide, closed) {
-    if (!points.length || !this.#view) return;
+    const [first, ...rest] = points.map((point) => /** @type {FloorView} */ (this.#view).drawn(point));
+    if (!first) return;
+    const alone = { x: first.x + 0.1, y: first.y }; // a single point is a dot
     context.lineWidth = wide;
     context.beginPath();
-    for (const point of points) {
-      const { x, y } = this.#view.drawn(point);
-      context.lineTo(x, y);
-    }
-    if (closed) context.closePath();
-    else if (points.length === 1) {
-      const { x, y } = this.#view.drawn(/** @type {Point} */ (points[0]));
-      context.lineTo(x + 0.1, y);
-    }
-    context.stroke();
-  }
-
-  /** @param {CanvasRenderingContext2D} context @param {Array<[number, number]>} points [px] */
-  #stroke(context, points) {
-    context.lineWidth = 2;
-    context.beginPath();
-    for (const [x, y] of points) context.lineTo(x, y);
+    trace(context, [first, ...(rest.length || closed ? rest : [alone])], closed);
     context.stroke();
   }
 }

@@ -2,7 +2,7 @@
 
 import { FloorView } from "./floor-view.js";
 import { fixed, metres } from "./format.js";
-import { colourOf, drawRobot, fresh, NOSE } from "./place-drawing.js";
+import { colourOf, drawCross, drawRobot, fresh, NOSE, trace } from "./place-drawing.js";
 import { t } from "./texts.js";
 
 /** @import { State } from "../net/messages.js" */
@@ -166,13 +166,27 @@ class Brush {
    * @param {(point: Point) => boolean} explained
    */
   scan(points, explained) {
-    const { context, view } = this;
-    const size = Math.min(5, Math.max(2.5, 0.06 * view.scale));
-    context.fillStyle = this.colour("scene-scan");
+    this.context.fillStyle = this.colour("scene-scan");
+    const rest = points.filter((point) => !explained(point));
+    this.#dots(rest, Math.min(5, Math.max(2.5, 0.06 * this.view.scale)));
+  }
+
+  /** A line through points. @param {readonly Point[]} points [m] @param {boolean} [closed] */
+  #line(points, closed) {
+    this.context.beginPath();
+    trace(
+      this.context,
+      points.map((point) => this.view.drawn(point)),
+      closed,
+    );
+    this.context.stroke();
+  }
+
+  /** @param {readonly Point[]} points [m] @param {number} size [px] */
+  #dots(points, size) {
     for (const point of points) {
-      if (explained(point)) continue;
-      const { x, y } = view.drawn(point);
-      context.fillRect(x - size / 2, y - size / 2, size, size);
+      const { x, y } = this.view.drawn(point);
+      this.context.fillRect(x - size / 2, y - size / 2, size, size);
     }
   }
 
@@ -235,12 +249,7 @@ class Brush {
     context.strokeStyle = this.colour("scene-other");
     context.lineWidth = 2;
     context.setLineDash([6, 4]);
-    context.beginPath();
-    for (const [x, y] of trail) {
-      const at = view.drawn({ x, y });
-      context.lineTo(at.x, at.y);
-    }
-    context.stroke();
+    this.#line(trail.map(([x, y]) => ({ x, y })));
     context.setLineDash([]);
     for (const [x, y] of landmarks) {
       const at = view.drawn({ x, y });
@@ -256,12 +265,7 @@ class Brush {
     if (path.length > 1) {
       context.lineWidth = 3;
       context.lineJoin = context.lineCap = "round";
-      context.beginPath();
-      for (const [x, y] of path) {
-        const at = view.drawn({ x, y });
-        context.lineTo(at.x, at.y);
-      }
-      context.stroke();
+      this.#line(path.map(([x, y]) => ({ x, y })));
     }
     if (!goal) return;
     const at = view.drawn({ x: goal.x_m, y: goal.y_m });
@@ -315,10 +319,7 @@ class Brush {
     context.strokeStyle = context.fillStyle = this.colour("goal");
     context.lineWidth = 1.5;
     context.setLineDash([2, 5]);
-    context.beginPath();
-    context.moveTo(one.x, one.y);
-    context.lineTo(other.x, other.y);
-    context.stroke();
+    this.#line([from, to]);
     context.setLineDash([]);
     for (const [index, has] of lit.entries()) {
       const part = (index + 1) / (lit.length + 1);
@@ -361,22 +362,16 @@ class Brush {
   /** @param {import("../net/rest.js").ZoneRow} zone */
   zone({ name, kind, points_m: points, max_speed_m_s: speed }) {
     const { context } = this;
-    const corners = points.map(([x, y]) => this.view.drawn({ x, y }));
-    const colour = this.colour(kind === "keep_out" ? "stop" : "stale");
-    context.beginPath();
-    for (const { x, y } of corners) context.lineTo(x, y);
-    context.closePath();
-    context.save();
-    context.globalAlpha = 0.22;
-    context.fillStyle = colour;
-    context.fill();
-    context.restore();
-    context.strokeStyle = colour;
+    const corners = points.map(([x, y]) => ({ x, y }));
+    context.fillStyle = context.strokeStyle = this.colour(kind === "keep_out" ? "stop" : "stale");
     context.lineWidth = 2;
-    context.stroke();
-    const [x, y] = [mean(corners.map((at) => at.x)), mean(corners.map((at) => at.y))];
+    this.#line(corners, true);
+    context.globalAlpha = 0.22;
+    context.fill();
+    context.globalAlpha = 1;
+    const middle = { x: mean(corners.map(({ x }) => x)), y: mean(corners.map(({ y }) => y)) };
     const words = speed === null ? name : `${name}, ${fixed(speed, 2)} m/s`;
-    this.label({ x, y }, words, 0);
+    this.label(this.view.drawn(middle), words, 0);
   }
 
   /** @param {readonly Point[]} points [m] */
@@ -384,17 +379,8 @@ class Brush {
     const { context } = this;
     context.strokeStyle = context.fillStyle = this.colour("accent");
     context.lineWidth = 2;
-    context.beginPath();
-    for (const point of points) {
-      const { x, y } = this.view.drawn(point);
-      context.lineTo(x, y);
-    }
-    if (points.length > 2) context.closePath();
-    context.stroke();
-    for (const point of points) {
-      const { x, y } = this.view.drawn(point);
-      context.fillRect(x - 4, y - 4, 8, 8);
-    }
+    this.#line(points, points.length > 2);
+    this.#dots(points, 8);
   }
 
   /** @param {import("../net/marks-api.js").Place} place */
@@ -482,35 +468,22 @@ class Brush {
     const { context } = this;
     const [one, other] = points;
     if (!one) return;
-    const from = this.view.drawn(one);
     context.strokeStyle = context.fillStyle = this.colour("accent");
     context.lineWidth = 2;
     context.setLineDash([6, 4]);
-    context.beginPath();
-    context.moveTo(from.x, from.y);
-    const to = this.view.drawn(other ?? one);
-    context.lineTo(to.x, to.y);
-    context.stroke();
+    this.#line(points);
     context.setLineDash([]);
-    for (const { x, y } of [from, to]) context.fillRect(x - 3, y - 3, 6, 6);
-    if (other) this.label({ x: (from.x + to.x) / 2, y: (from.y + to.y) / 2 }, metres(apart(one, other)));
+    this.#dots(points, 6);
+    if (!other) return;
+    const middle = this.view.drawn({ x: (one.x + other.x) / 2, y: (one.y + other.y) / 2 });
+    this.label(middle, metres(apart(one, other)));
   }
 
   /** @param {Point} cursor [m] */
   cross(cursor) {
-    const { x, y } = this.view.drawn(cursor);
-    const { context } = this;
-    context.strokeStyle = this.colour("text");
-    context.lineWidth = 2;
-    context.beginPath();
-    for (const [dx, dy] of /** @type {const} */ ([
-      [12, 0],
-      [0, 12],
-    ])) {
-      context.moveTo(x - dx, y - dy);
-      context.lineTo(x + dx, y + dy);
-    }
-    context.stroke();
+    this.context.strokeStyle = this.colour("text");
+    this.context.lineWidth = 2;
+    drawCross(this.context, this.view.drawn(cursor), 12);
   }
 
   /** A length that is easy to compare. @param {number} left [px] @param {number} low [px] */
@@ -520,11 +493,15 @@ class Brush {
     const bar = BARS.find((length) => length * view.scale >= BAR_PX) ?? 100;
     context.strokeStyle = this.colour("soft");
     context.lineWidth = 2;
+    const [right, tip] = [left + bar * view.scale, low - 5];
+    const ends = [
+      { x: left, y: tip },
+      { x: left, y: low },
+      { x: right, y: low },
+      { x: right, y: tip },
+    ];
     context.beginPath();
-    context.moveTo(left, low - 5);
-    context.lineTo(left, low);
-    context.lineTo(left + bar * view.scale, low);
-    context.lineTo(left + bar * view.scale, low - 5);
+    trace(context, ends);
     context.stroke();
     context.fillStyle = this.colour("soft");
     context.font = LABEL;

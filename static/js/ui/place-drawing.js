@@ -3,6 +3,8 @@
 import { seenFrom } from "./floor-view.js";
 import { onTheme } from "./theme.js";
 
+/** @import { Point } from "./floor-view.js" */
+
 export const NOSE = 1.8; // how far the robot's nose is from its middle, in radii
 const WALL_EDGE_PX = 1.5; // so that a wall is seen from far away
 
@@ -109,10 +111,29 @@ export function fresh(canvas, size = { width: canvas.clientWidth, height: canvas
   return context;
 }
 
+/** A line through points. @param {CanvasPath} path @param {readonly Point[]} points [px] @param {boolean} [closed] */
+export function trace(path, points, closed = false) {
+  for (const [index, { x, y }] of points.entries()) {
+    if (index) path.lineTo(x, y);
+    else path.moveTo(x, y);
+  }
+  if (closed) path.closePath();
+}
+
+/** @param {CanvasRenderingContext2D} context @param {Point} at its middle [px] @param {number} reach of its arms [px] */
+export function drawCross(context, { x, y }, reach) {
+  context.beginPath();
+  context.moveTo(x - reach, y);
+  context.lineTo(x + reach, y);
+  context.moveTo(x, y - reach);
+  context.lineTo(x, y + reach);
+  context.stroke();
+}
+
 /**
  * The robot from above: round, with a nose where it looks.
  * @param {CanvasRenderingContext2D} context
- * @param {import("./floor-view.js").Point} at [px]
+ * @param {Point} at [px]
  * @param {number | null} heading
  * @param {{radius: number, colour: string, strength: number, edge?: string}} look radius [px], strength 0..1,
  *   edge: colour around the robot itself, which is solid; others are seen through
