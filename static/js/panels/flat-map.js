@@ -2,7 +2,7 @@
 
 import * as maps from "../net/maps-api.js";
 import { marksOf, wordsTo } from "../net/marks-api.js";
-import { CanvasHand } from "../ui/canvas-hand.js";
+import { CanvasHand, stepped } from "../ui/canvas-hand.js";
 import { watchClearArea } from "../ui/clear-area.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { apart, drawFlat, drawMoving, PIN_PX } from "../ui/flat-drawing.js";
@@ -30,8 +30,7 @@ const SAID_MS = 20_000; // for which it is said why the map is flat; the switch 
 const MARGIN = 36; // [px] around the whole map
 const SMALL_MARGIN = 14; // of a docked one
 const STATUS = 40; // [px] that it takes below
-const STEP = 0.25; // [m] of the keyboard's cursor
-const FAST = 4; // times that, with Shift
+const STEPS_M = /** @type {const} */ ([0.25, 1]); // of the keyboard's cursor, and with Shift
 const ZOOM = 1.4;
 const IDLE_SHARE = 4; // times the duration of a drawing pass between two
 const MOVING = 0.01; // [m/s], [rad/s]
@@ -53,8 +52,6 @@ const LAYERS = [
   ["grid", t("flat-map.metres"), t("flat-map.lines_a_metre_apart")],
 ];
 const HIDDEN = "landmarks,ghost"; // at first
-/** @type {Readonly<Record<string, readonly [number, number]>>} */
-const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 class FlatMap extends Panel {
   #text = make("p.visually-hidden", { id: "flat-map-words" });
@@ -166,15 +163,14 @@ class FlatMap extends Panel {
       this.#measured = [];
       this.#draw();
     });
-    new CanvasHand(
-      this.#canvas,
-      (about, times, shift) => {
+    new CanvasHand(this.#canvas, {
+      move: (about, times, shift) => {
         this.#looks = "free";
         this.#view = this.#view.changed(about, times, shift);
         this.#draw();
       },
-      (at, event) => this.#press(at, event),
-    );
+      press: (at, event) => this.#press(at, event),
+    });
     this.#canvas.addEventListener("keydown", (event) => this.#key(event));
     this.#canvas.addEventListener("blur", () => {
       this.#cursor = null;
@@ -346,21 +342,19 @@ class FlatMap extends Panel {
   #key(event) {
     const { state } = this.session;
     if (!state || event.ctrlKey || event.altKey || event.metaKey) return;
-    const arrow = ARROWS[event.key];
+    const to = stepped(event, this.#cursor ?? { x: state.pose.x_m, y: state.pose.y_m }, STEPS_M);
     const { clientWidth: width, clientHeight: height } = this.#canvas;
-    if (arrow) {
+    if (to) {
       event.preventDefault();
-      const from = this.#cursor ?? { x: state.pose.x_m, y: state.pose.y_m };
-      const step = STEP * (event.shiftKey ? FAST : 1);
-      this.#cursor = { x: from.x + step * arrow[0], y: from.y + step * arrow[1] };
-      const { x, y } = this.#view.drawn(this.#cursor);
+      this.#cursor = to;
+      const { x, y } = this.#view.drawn(to);
       const { left, top, right, bottom } = this.#covered;
       if (x < left || y < top || x > width - right || y > height - bottom) {
         this.#looks = "free";
-        this.#view = this.#centred(this.#cursor);
+        this.#view = this.#centred(to);
       }
-      const away = Math.hypot(this.#cursor.x - state.pose.x_m, this.#cursor.y - state.pose.y_m);
-      const where = `x ${fixed(this.#cursor.x, 2)}, y ${fixed(this.#cursor.y, 2)}`;
+      const away = Math.hypot(to.x - state.pose.x_m, to.y - state.pose.y_m);
+      const where = `x ${fixed(to.x, 2)}, y ${fixed(to.y, 2)}`;
       write(this.#said, t("flat-map.where_metres_from_the_robot", { where, metres: metres(away, 1) }));
     } else if (event.key === "Enter" && this.#cursor && this.#names) {
       this.#name(this.#cursor);

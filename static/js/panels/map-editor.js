@@ -2,7 +2,9 @@
 
 import * as api from "../net/edits-api.js";
 import { addRoom, marksOf } from "../net/marks-api.js";
+import { CanvasHand, stepped } from "../ui/canvas-hand.js";
 import { make, mark, nameField, onSubmit, write } from "../ui/element.js";
+import { apart } from "../ui/flat-drawing.js";
 import { FloorView } from "../ui/floor-view.js";
 import { day } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
@@ -18,14 +20,11 @@ import { TroubleLine } from "../ui/trouble-line.js";
 /** @typedef {"free" | "occupied" | "unknown" | "crop" | "room"} Tool */
 
 const MARGIN = 16; // [px]
-const KEY_STEP_M = 0.1;
-const FAST = 5; // times that Shift makes a step longer
+const STEPS_M = /** @type {const} */ ([0.1, 0.5]); // of the keyboard's cursor, and with Shift
 const ZOOM = 1.4;
 const APART_PX = 3; // between two points of a stroke
 const BRUSHES_CM = [5, 10, 20, 40, 80];
 const REFRESH_MS = 3000;
-/** @type {Readonly<Record<string, [number, number]>>} */
-const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 /** @type {ReadonlyArray<[Tool, string, string]>} */
 const TOOLS = [
   ["free", t("map-editor.erase"), t("map-editor.brush_help")],
@@ -80,8 +79,6 @@ class MapEditor extends Panel {
   #view = null;
   /** @type {Point[]} [m] of the stroke or the corners under way */
   #points = [];
-  /** @type {Map<number, Point>} [px] */
-  #fingers = new Map();
   #pen = false; // the arrow keys draw
   /** @type {Point | null} */
   #cursor = null;
@@ -122,11 +119,18 @@ class MapEditor extends Panel {
       void this.#try(() => api.edit({ kind: "turn", angle_rad: angle })).then(() => this.#whole());
     });
     onSubmit(this.#room, () => void this.#keepRoom());
-    this.#canvas.addEventListener("mousedown", (event) => event.preventDefault());
-    this.#canvas.addEventListener("pointerdown", (event) => this.#down(event));
-    this.#canvas.addEventListener("pointermove", (event) => this.#move(event));
-    this.#canvas.addEventListener("pointerup", (event) => this.#up(event));
-    this.#canvas.addEventListener("pointercancel", (event) => this.#lift(event));
+    new CanvasHand(this.#canvas, {
+      move: (about, times, shift) => {
+        this.#view = this.#view?.changed(about, times, shift) ?? null;
+        this.#draw();
+      },
+      press: (at) => this.#operates && this.#tool === "room" && this.#view && this.#corner(this.#view.floor(at)),
+      draw: (at) => this.#begin(at),
+      drawn: (at) => this.#go(at),
+      ended: () => this.#points.length && void this.#finish(),
+      left: () => this.#begin(null),
+      scrolls: true,
+    });
     this.#canvas.addEventListener("keydown", (event) => this.#key(event));
     new ResizeObserver(() => this.#draw()).observe(this.#canvas);
     marksOf(this.session).addEventListener("change", () => void this.#read());
@@ -193,72 +197,35 @@ class MapEditor extends Panel {
 
   // fingers and mouse
 
-  /** @param {PointerEvent} event */
-  #down(event) {
-    if (event.button !== 0) return;
-    this.#canvas.setPointerCapture(event.pointerId);
-    this.#fingers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
-    if (this.#fingers.size > 1) {
-      if (this.#tool !== "room") this.#points = []; // two fingers move the map
-      this.#draw();
-    } else if (this.#operates && this.#view && this.#tool !== "room") {
-      this.#points = [this.#view.floor({ x: event.offsetX, y: event.offsetY })];
-      this.#draw();
-    }
-  }
-
-  /** @param {PointerEvent} event */
-  #move(event) {
-    const before = this.#fingers.get(event.pointerId);
-    if (!before || !this.#view) return;
-    const now = { x: event.offsetX, y: event.offsetY };
-    const other = [...this.#fingers].find(([id]) => id !== event.pointerId)?.[1];
-    if (other) {
-      this.#fingers.set(event.pointerId, now);
-      const [was, is] = [before, now].map((one) => Math.max(1, Math.hypot(one.x - other.x, one.y - other.y)));
-      const middle = { x: (before.x + other.x) / 2, y: (before.y + other.y) / 2 };
-      const shift = { x: (now.x - before.x) / 2, y: (now.y - before.y) / 2 };
-      this.#view = this.#view.changed(middle, (is ?? 1) / (was ?? 1), shift);
-    } else if (
-      this.#points.length &&
-      this.#tool !== "room" &&
-      Math.hypot(now.x - before.x, now.y - before.y) >= APART_PX
-    ) {
-      this.#fingers.set(event.pointerId, now);
-      if (this.#tool === "crop") this.#points = [this.#points[0] ?? this.#view.floor(now), this.#view.floor(now)];
-      else this.#points.push(this.#view.floor(now));
-    } else return;
+  /** Begin a stroke; corners of a room are pressed. @param {Point | null} at [px]; null: it was none */
+  #begin(at) {
+    if (!this.#operates || !this.#view || this.#tool === "room") return false;
+    this.#points = at ? [this.#view.floor(at)] : [];
     this.#draw();
+    return true;
   }
 
-  /** @param {PointerEvent} event */
-  #up(event) {
-    const alone = this.#fingers.size === 1;
-    this.#lift(event);
-    if (!alone || !this.#view || !this.#operates) return;
-    if (this.#tool === "room") this.#corner(this.#view.floor({ x: event.offsetX, y: event.offsetY }));
-    else if (this.#points.length) void this.#finish();
-  }
-
-  /** @param {PointerEvent} event */
-  #lift(event) {
-    this.#fingers.delete(event.pointerId);
+  /** @param {Point} at [px] where the stroke goes on */
+  #go(at) {
+    const [first, last] = [this.#points[0], this.#points.at(-1)];
+    if (!this.#view || !first || !last || apart(this.#view.drawn(last), at) < APART_PX) return;
+    const point = this.#view.floor(at);
+    if (this.#tool === "crop") this.#points = [first, point];
+    else this.#points.push(point);
+    this.#draw();
   }
 
   /** @param {KeyboardEvent} event */
   #key(event) {
     if (event.ctrlKey || event.altKey || event.metaKey || !this.#view) return;
-    const arrow = ARROWS[event.key];
-    if (arrow) {
-      const { clientWidth: width, clientHeight: height } = this.#canvas;
-      const from = this.#cursor ?? this.#view.floor({ x: width / 2, y: height / 2 });
-      const step = KEY_STEP_M * (event.shiftKey ? FAST : 1);
-      this.#cursor = { x: from.x + step * arrow[0], y: from.y + step * arrow[1] };
-      if (this.#pen) this.#points.push(this.#cursor);
-      const at = this.#view.drawn(this.#cursor);
-      if (at.x < 0 || at.y < 0 || at.x > width || at.y > height)
-        this.#view = this.#view.centred(this.#cursor, width, height);
-      write(this.#said, `x ${this.#cursor.x.toFixed(2)}, y ${this.#cursor.y.toFixed(2)}`);
+    const { clientWidth: width, clientHeight: height } = this.#canvas;
+    const to = stepped(event, this.#cursor ?? this.#view.floor({ x: width / 2, y: height / 2 }), STEPS_M);
+    if (to) {
+      this.#cursor = to;
+      if (this.#pen) this.#points.push(to);
+      const at = this.#view.drawn(to);
+      if (at.x < 0 || at.y < 0 || at.x > width || at.y > height) this.#view = this.#view.centred(to, width, height);
+      write(this.#said, `x ${to.x.toFixed(2)}, y ${to.y.toFixed(2)}`);
     } else if (event.key === "Enter" && this.#cursor && this.#operates) this.#enter(this.#cursor);
     else if (event.key === "+" || event.key === "-") this.#zoom(event.key === "+" ? ZOOM : 1 / ZOOM);
     else if (event.key === "Backspace") this.#points.pop();

@@ -1,6 +1,7 @@
 // Element <place-view>: places the robot on the map: press its position, drag to its heading.
 
 import * as maps from "../net/maps-api.js";
+import { CanvasHand } from "../ui/canvas-hand.js";
 import { icon, make, onSubmit, write } from "../ui/element.js";
 import { FloorView, headingOf } from "../ui/floor-view.js";
 import { degrees } from "../ui/format.js";
@@ -16,7 +17,6 @@ import { TroubleLine } from "../ui/trouble-line.js";
 const MARGIN = 34; // [px] around the map
 const DRAG = 14; // [px] from which a drag says a heading
 const SCAN_MS = 1000;
-const LINE = 40; // [px] that a wheel scrolls by one line
 
 class PlaceView extends Panel {
   #canvas = make("canvas.place-floor", { "aria-hidden": "true" });
@@ -43,10 +43,8 @@ class PlaceView extends Panel {
   #moved = false; // by the operator: kept when the window changes
   /** @type {Placed | null} */
   #placed = null;
-  /** @type {Map<number, Point>} */
-  #fingers = new Map();
   /** @type {Point | null} */
-  #pressed = null;
+  #pressed = null; // where the newest press was
   #wasLost = false;
   /** @type {View | null} */
   #shown = null;
@@ -65,13 +63,19 @@ class PlaceView extends Panel {
     addEventListener("place-robot", () => void this.#open());
     onSubmit(this.#form, () => void this.#tell());
     for (const { box } of Object.values(this.#fields)) box.addEventListener("input", () => this.#typed());
-    const canvas = this.#canvas;
-    canvas.addEventListener("pointerdown", (event) => this.#down(event));
-    canvas.addEventListener("pointermove", (event) => this.#move(event));
-    for (const end of ["pointerup", "pointercancel"])
-      canvas.addEventListener(end, (event) => this.#up(/** @type {PointerEvent} */ (event)));
-    canvas.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
-    new ResizeObserver(() => this.#fit()).observe(canvas);
+    new CanvasHand(this.#canvas, {
+      move: (about, times, shift) => this.#change(about, times, shift),
+      draw: (at) => {
+        this.#pressed = at;
+        this.#place({ ...this.#view.floor(at), heading: null });
+        return true;
+      },
+      drawn: (at) => {
+        const heading = headingOf(/** @type {Point} */ (this.#pressed), at, DRAG);
+        if (this.#placed) this.#place({ ...this.#placed, heading });
+      },
+    });
+    new ResizeObserver(() => this.#fit()).observe(this.#canvas);
   }
 
   /** @override @param {View} view */
@@ -109,7 +113,6 @@ class PlaceView extends Panel {
   #close() {
     this.hidden = true;
     this.#plan = null;
-    this.#fingers.clear();
   }
 
   async #tell() {
@@ -133,49 +136,6 @@ class PlaceView extends Panel {
   }
 
   // operator input
-
-  /** @param {PointerEvent} event */
-  #down(event) {
-    this.#canvas.setPointerCapture(event.pointerId);
-    this.#fingers.set(event.pointerId, pointOf(event));
-    if (this.#fingers.size > 1) {
-      this.#pressed = null; // a second finger: both move the map
-      return;
-    }
-    this.#pressed = pointOf(event);
-    const at = this.#view.floor(this.#pressed);
-    this.#place({ x: at.x, y: at.y, heading: null });
-  }
-
-  /** @param {PointerEvent} event */
-  #move(event) {
-    const before = this.#fingers.get(event.pointerId);
-    if (!before) return;
-    const now = pointOf(event);
-    const other = [...this.#fingers].find(([id]) => id !== event.pointerId)?.[1];
-    this.#fingers.set(event.pointerId, now);
-    if (other) {
-      const times =
-        Math.hypot(now.x - other.x, now.y - other.y) / Math.max(1, Math.hypot(before.x - other.x, before.y - other.y));
-      const middle = { x: (before.x + other.x) / 2, y: (before.y + other.y) / 2 };
-      this.#change(middle, times, { x: (now.x - before.x) / 2, y: (now.y - before.y) / 2 });
-    } else if (this.#pressed && this.#placed) {
-      this.#place({ ...this.#placed, heading: headingOf(this.#pressed, now, DRAG) });
-    }
-  }
-
-  /** @param {PointerEvent} event */
-  #up(event) {
-    this.#fingers.delete(event.pointerId);
-    this.#pressed = null;
-  }
-
-  /** @param {WheelEvent} event */
-  #wheel(event) {
-    event.preventDefault();
-    const lines = event.deltaMode === WheelEvent.DOM_DELTA_PIXEL ? event.deltaY / LINE : event.deltaY;
-    this.#change(pointOf(event), 1.12 ** -lines);
-  }
 
   #typed() {
     const { x, y, heading } = this.#fields;
@@ -208,7 +168,7 @@ class PlaceView extends Panel {
 
   // drawing
 
-  /** @param {Point} about @param {number} times @param {Point} [shift] */
+  /** @param {Point} about @param {number} times @param {Point} shift */
   #change(about, times, shift) {
     this.#moved = true;
     this.#view = this.#view.changed(about, times, shift);
@@ -248,8 +208,5 @@ function field(name, unit) {
   const row = make("label.place-field", make("span.note", name), box, make("span.note", unit));
   return { row, box };
 }
-
-/** @param {MouseEvent} event */
-const pointOf = ({ offsetX: x, offsetY: y }) => ({ x, y });
 
 customElements.define("place-view", PlaceView);
