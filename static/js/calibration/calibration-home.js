@@ -2,7 +2,7 @@
 
 import { address } from "../net/api.js";
 import { sure } from "../ui/confirm-button.js";
-import { icon, isNew, make, write } from "../ui/element.js";
+import { icon, iconButton, isNew, make, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { inWords, since, standing } from "./active-calibration.js";
 import * as api from "./api.js";
@@ -148,14 +148,8 @@ class CalibrationHome extends WizardStep {
       ),
       row.ready && icon("done"),
     );
-    const away = make(
-      "button.icon-button",
-      {
-        "aria-label": t("calibration-home.delete_what_count", { what, count }),
-        onclick: () => void this.#forget(row, away),
-      },
-      icon("close"),
-    );
+    const says = t("calibration-home.delete_what_count", { what, count });
+    const away = iconButton("close", says, () => void this.#forget(row, away));
     return make("li", go, this.model.may && away);
   }
 

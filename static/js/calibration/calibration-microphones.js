@@ -1,6 +1,6 @@
 // Wizard for the microphone array: claps from known directions give its orientation on the robot.
 
-import { icon, isNew, make, mark, write } from "../ui/element.js";
+import { iconButton, isNew, make, mark, write } from "../ui/element.js";
 import { degrees } from "../ui/format.js";
 import { meter } from "../ui/meter.js";
 import { t } from "../ui/texts.js";
@@ -142,14 +142,8 @@ class CalibrationMicrophones extends WizardStep {
 
   /** @param {import("../net/rest.js").ClapRow} clap @param {number} index */
   #row({ asked_rad, heard_rad, sd_rad, gap_rad }, index) {
-    const away = make(
-      "button.icon-button.small",
-      {
-        "aria-label": t("calibration-microphones.leave_out_clap_index", { index: index + 1 }),
-        onclick: () => void this.#tried(() => api.drop(index)),
-      },
-      icon("close"),
-    );
+    const says = t("calibration-microphones.leave_out_clap_index", { index: index + 1 });
+    const away = iconButton("close", says, () => void this.#tried(() => api.drop(index)), { look: "small" });
     const gap =
       gap_rad === null
         ? ""

@@ -1,6 +1,6 @@
 // Element <views-card>: views of a session, largest error first, with a button to leave each out.
 
-import { icon, isNew, make, mark, write } from "../ui/element.js";
+import { iconButton, isNew, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { meter } from "../ui/meter.js";
 import { inLanguage, t } from "../ui/texts.js";
@@ -94,15 +94,11 @@ export class ViewsCard extends HTMLElement {
       ),
     );
     const action = view.dropped ? "restore" : "drop";
-    const keep = make(
-      "button.icon-button.small.view-keep",
-      {
-        "aria-label": `${view.dropped ? t("views-card.take_back") : t("views-card.leave_out")}: ${view.name}`,
-        title: view.dropped ? t("views-card.take_it_back_in") : t("views-card.leave_it_out"),
-      },
-      icon(view.dropped ? "again" : "close"),
-    );
-    keep.addEventListener("click", () => void this.#model?.request((session) => api.keep(session, view.name, action)));
+    const says = view.dropped ? t("views-card.take_back") : t("views-card.leave_out");
+    const title = view.dropped ? t("views-card.take_it_back_in") : t("views-card.leave_it_out");
+    const act = () => void this.#model?.request((session) => api.keep(session, view.name, action));
+    const drawing = view.dropped ? "again" : "close";
+    const keep = iconButton(drawing, `${says}: ${view.name}`, act, { title, look: "small view-keep" });
     const row = make("li.view", { "data-name": view.name }, open, this.#model?.may && keep);
     mark(row, "data-dropped", view.dropped);
     mark(row, "data-unused", !view.used && !view.dropped && view.reason !== "");

@@ -1,6 +1,6 @@
 // Element <fleet-answers>: who has answered the newest STOP ALL, how quickly, and who has not.
 
-import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { icon, iconButton, isNew, make, mark, redraw, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 
@@ -20,8 +20,7 @@ export class FleetAnswers extends HTMLElement {
 
   /** @param {FleetSession} session */
   join(session) {
-    const away = make("button.icon-button", { "aria-label": t("fleet.put_away") }, icon("close"));
-    away.addEventListener("click", () => {
+    const away = iconButton("close", t("fleet.put_away"), () => {
       this.#closed = session.fleet?.stop?.at_s ?? 0;
       this.hidden = true;
     });
@@ -51,10 +50,7 @@ export class FleetAnswers extends HTMLElement {
       .filter((one) => one.acknowledged)
       .toSorted((one, other) => (other.ms ?? 0) - (one.ms ?? 0))
       .map((one) => t("fleet.answer_ms", { name: one.name, ms: fixed(one.ms ?? 0, 0) }));
-    const texts = rows.join("\n");
-    if (this.#list.dataset["rows"] === texts) return;
-    this.#list.dataset["rows"] = texts;
-    this.#list.replaceChildren(...rows.map((row) => make("li", row)));
+    if (isNew(this.#list, rows)) this.#list.replaceChildren(...rows.map((row) => make("li", row)));
   }
 
   /** @param {FleetSession} session */

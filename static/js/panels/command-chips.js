@@ -1,7 +1,7 @@
 // Element <command-chips>: a button for each command of this robot; commands with numbers ask for them in place.
 
 import { exampleNumbers, filled, holes } from "../drive/suggest.js";
-import { icon, make, mark, onSubmit, write } from "../ui/element.js";
+import { icon, iconButton, make, mark, onSubmit, write } from "../ui/element.js";
 import { age, inWords } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
@@ -164,7 +164,7 @@ class CommandChips extends Panel {
         return box ?? make("span", part.trim());
       });
     const unit = /met(er|re)s/.test(pattern) ? null : make("span.note", wanted[0]?.unit ?? "");
-    const back = make("button.icon-button", { "aria-label": t("command-chips.back_to_the_commands") }, icon("close"));
+    const back = iconButton("close", t("command-chips.back_to_the_commands"), () => this.#back(true));
     const form = make(
       "form.chip-form",
       { "aria-label": kind.summary, novalidate: true },
@@ -175,7 +175,6 @@ class CommandChips extends Panel {
       back,
       says,
     );
-    back.addEventListener("click", () => this.#back(true));
     form.addEventListener("keydown", (event) => event.key === "Escape" && this.#back(true));
     onSubmit(form, () => {
       const numbers = checked(wanted, boxes, says);

@@ -4,7 +4,7 @@ import * as maps from "../net/maps-api.js";
 import { marksOf, wordsTo } from "../net/marks-api.js";
 import { CanvasHand, stepped } from "../ui/canvas-hand.js";
 import { watchClearArea } from "../ui/clear-area.js";
-import { icon, make, mark, write } from "../ui/element.js";
+import { iconButton, make, mark, write } from "../ui/element.js";
 import { apart, drawFlat, drawMoving, PIN_PX } from "../ui/flat-drawing.js";
 import { FlatGround } from "../ui/flat-ground.js";
 import { FloorView, seenFrom } from "../ui/floor-view.js";
@@ -53,6 +53,14 @@ const LAYERS = [
 ];
 const HIDDEN = "landmarks,ghost"; // at first
 
+/** @typedef {"measure" | "name" | "zone"} Mode */
+/** What presses do instead of sending the robot: its drawing, its name, and what is said when it begins. @type {ReadonlyArray<readonly [Mode, string, string, string]>} */
+const MODES = [
+  ["measure", "measure", t("flat-map.measure_a_distance"), ""],
+  ["name", "pin", t("flat-map.name_a_place"), t("flat-map.press_where_the_place_is")],
+  ["zone", "zone", t("flat-map.draw_a_zone"), t("flat-map.press_its_corners")],
+];
+
 class FlatMap extends Panel {
   #text = make("p.visually-hidden", { id: "flat-map-words" });
   #said = make("p.visually-hidden", { role: "status" });
@@ -66,17 +74,20 @@ class FlatMap extends Panel {
   });
   #moving = make("canvas.flat-moving", { "aria-hidden": "true" });
   #whyWords = make("span");
-  #whyAway = make("button.icon-button.small", { "aria-label": t("notice-toasts.dismiss") }, icon("close"));
+  #whyAway = iconButton("close", t("notice-toasts.dismiss"), () => (this.#why.hidden = true), { look: "small" });
   #why = make("p.flat-why", { hidden: true }, this.#whyWords, this.#whyAway);
-  #follow = tool("here", t("flat-map.follow_the_robot"));
-  #fit = tool("whole", t("flat-map.whole_map"));
-  #measure = tool("measure", t("flat-map.measure_a_distance"));
-  #namer = tool("pin", t("flat-map.name_a_place"));
-  #zoner = tool("zone", t("flat-map.draw_a_zone"));
+  #follow = tool("here", t("flat-map.follow_the_robot"), () => this.#look(this.#looks === "robot" ? "free" : "robot"));
+  #fit = tool("whole", t("flat-map.whole_map"), () => this.#look("whole"));
+  /** @type {Map<Mode, HTMLButtonElement>} */
+  #modes = new Map(MODES.map(([mode, drawing, says]) => [mode, tool(drawing, says, () => this.#switchTo(mode))]));
   #zoneWords = make("span");
   #zoneDone = make("button.button.primary", { onclick: () => this.#closeZone() }, t("flat-map.done"));
-  #zoneBack = make("button.button", t("flat-map.last_corner_away"));
-  #zoneLeave = make("button.button", t("place-view.cancel"));
+  #zoneBack = make(
+    "button.button",
+    { onclick: () => this.#mark(this.#points.slice(0, -1)) },
+    t("flat-map.last_corner_away"),
+  );
+  #zoneLeave = make("button.button", { onclick: () => this.#switchTo("") }, t("place-view.cancel"));
   #zoneBar = make(
     "div.row.flat-zone-bar",
     { role: "group", "aria-label": t("flat-map.draw_a_zone"), hidden: true },
@@ -103,12 +114,10 @@ class FlatMap extends Panel {
   #asked = { scan: -Infinity, plan: -Infinity, words: -Infinity }; // [ms]
   /** @type {Point | null} */
   #cursor = null;
-  #measures = false;
-  #names = false; // the next press names a place
-  /** @type {Point[] | null} */
-  #corners = null; // of the zone that is drawn
-  /** @type {Point[]} */
-  #measured = [];
+  /** @type {Mode | ""} what presses do; "": they send the robot */
+  #mode = "";
+  /** @type {readonly Point[]} [m] that are measured, or corners of the zone that is drawn */
+  #points = [];
   #drawn = ""; // what the newest drawing showed
   #motion = new PoseMotion();
   #ground = new FlatGround();
@@ -129,7 +138,7 @@ class FlatMap extends Panel {
     this.#layers = new Set(LAYERS.map(([layer]) => layer).filter((layer) => !hidden.has(layer)));
     this.#layersPanel.append(...LAYERS.map((row) => this.#switch(...row)));
     const layers = make("div.flat-layers-place", this.#layersButton, this.#layersPanel);
-    this.#tools.append(this.#fit, this.#follow, this.#measure, this.#namer, this.#zoner, layers);
+    this.#tools.append(this.#fit, this.#follow, ...this.#modes.values(), layers);
     this.append(this.#canvas, this.#moving, this.#why, this.#tools, this.#zoneBar, this.#text, this.#said);
     popover(this.#layersButton, this.#layersPanel);
     this.session.on("restarted", () => {
@@ -137,32 +146,7 @@ class FlatMap extends Panel {
       this.#motion.forget();
       this.#asked = { scan: -Infinity, plan: -Infinity, words: -Infinity };
     });
-    this.#follow.addEventListener("click", () => this.#look(this.#looks === "robot" ? "free" : "robot"));
-    this.#fit.addEventListener("click", () => this.#look("whole"));
     marksOf(this.session).addEventListener("change", () => this.#draw());
-    this.#namer.addEventListener("click", () => {
-      [this.#names, this.#measures, this.#corners] = [!this.#names, false, null];
-      if (this.#names) write(this.#said, t("flat-map.press_where_the_place_is"));
-      this.#draw();
-    });
-    this.#zoner.addEventListener("click", () => {
-      [this.#corners, this.#measures, this.#names] = [this.#corners ? null : [], false, false];
-      if (this.#corners) write(this.#said, t("flat-map.press_its_corners"));
-      this.#draw();
-    });
-    this.#zoneBack.addEventListener("click", () => {
-      this.#corners?.pop();
-      this.#draw();
-    });
-    this.#zoneLeave.addEventListener("click", () => {
-      this.#corners = null;
-      this.#draw();
-    });
-    this.#measure.addEventListener("click", () => {
-      [this.#measures, this.#names, this.#corners] = [!this.#measures, false, null];
-      this.#measured = [];
-      this.#draw();
-    });
     new CanvasHand(this.#canvas, {
       move: (about, times, shift) => {
         this.#looks = "free";
@@ -184,7 +168,6 @@ class FlatMap extends Panel {
       this.#draw("", () => (this.#covered = insets)),
     );
     onTheme(() => requestAnimationFrame(() => this.#draw()));
-    this.#whyAway.addEventListener("click", () => (this.#why.hidden = true));
     let said = 0; // timer
     const chosen = () => {
       this.hidden = mapShown() !== "flat";
@@ -278,42 +261,51 @@ class FlatMap extends Panel {
   #press(at, { clientX, clientY }) {
     const point = this.#view.floor(at);
     const pressed = this.#layers.has("people") ? this.#personAt(at) : null;
-    if (this.#names) this.#name(point);
-    else if (this.#corners) this.#corner(point);
-    else if (this.#measures) {
-      this.#measured = this.#measured.length === 1 ? [...this.#measured, point] : [point];
-      const [one, other] = this.#measured;
-      if (one && other) write(this.#said, metres(apart(one, other)));
-      this.#draw();
-    } else if (pressed) {
+    if (this.#taken(point)) return;
+    if (pressed) {
       const detail = { name: pressed.id, x: point.x, y: point.y, clientX, clientY };
       this.dispatchEvent(new CustomEvent("person-press", { detail, bubbles: true }));
     } else this.#goTo(at, point);
   }
 
-  /** @param {Point} point [m] */
-  #name(point) {
-    this.#names = false;
-    this.#draw();
-    askName(this, { at: point });
+  /** @param {Mode | ""} mode that begins; pressed again, it ends */
+  #switchTo(mode) {
+    this.#mode = this.#mode === mode ? "" : mode;
+    const says = MODES.find(([one]) => one === this.#mode)?.[3];
+    if (says) write(this.#said, says);
+    this.#mark([]);
   }
 
-  /** @param {Point} point [m] */
-  #corner(point) {
-    const corners = this.#corners ?? [];
-    const ends = corners.length > 2 ? [corners[0], corners.at(-1)] : []; // a double press ends it, too
-    if (ends.some((end) => end && apart(this.#view.drawn(end), this.#view.drawn(point)) < REACH / 2)) {
-      this.#closeZone();
-      return;
-    }
-    this.#corners?.push(point);
+  /** @param {readonly Point[]} points [m] */
+  #mark(points) {
+    this.#points = points;
     this.#draw();
+  }
+
+  /** True where a mode takes the press. @param {Point} point [m] */
+  #taken(point) {
+    const mode = this.#mode;
+    if (mode === "name") {
+      this.#switchTo("");
+      askName(this, { at: point });
+    } else if (mode === "zone") {
+      const [first, last] = this.#points.length > 2 ? [this.#points[0], this.#points.at(-1)] : []; // a double press ends it, too
+      const ends = [first, last].some(
+        (end) => end && apart(this.#view.drawn(end), this.#view.drawn(point)) < REACH / 2,
+      );
+      if (ends) this.#closeZone();
+      else this.#mark([...this.#points, point]);
+    } else if (mode === "measure") {
+      this.#mark(this.#points.length === 1 ? [...this.#points, point] : [point]);
+      const [one, other] = this.#points;
+      if (one && other) write(this.#said, metres(apart(one, other)));
+    }
+    return mode !== "";
   }
 
   #closeZone() {
-    const points = (this.#corners ?? []).map(({ x, y }) => [x, y]);
-    this.#corners = null;
-    this.#draw();
+    const points = this.#points.map(({ x, y }) => [x, y]);
+    this.#switchTo("");
     this.dispatchEvent(new CustomEvent("name-zone", { detail: { points }, bubbles: true, composed: true }));
   }
 
@@ -356,12 +348,9 @@ class FlatMap extends Panel {
       const away = Math.hypot(to.x - state.pose.x_m, to.y - state.pose.y_m);
       const where = `x ${fixed(to.x, 2)}, y ${fixed(to.y, 2)}`;
       write(this.#said, t("flat-map.where_metres_from_the_robot", { where, metres: metres(away, 1) }));
-    } else if (event.key === "Enter" && this.#cursor && this.#names) {
-      this.#name(this.#cursor);
-    } else if (event.key === "Enter" && this.#cursor && this.#corners) {
-      this.#corner(this.#cursor);
-    } else if (event.key === "Enter" && this.#cursor && state.pending_command === null) {
-      this.#goTo(this.#view.drawn(this.#cursor), this.#cursor);
+    } else if (event.key === "Enter" && this.#cursor) {
+      if (!this.#taken(this.#cursor) && state.pending_command === null)
+        this.#goTo(this.#view.drawn(this.#cursor), this.#cursor);
     } else if (event.key === "+" || event.key === "-") {
       this.#looks = "free";
       this.#view = this.#view.changed(this.#middle, event.key === "+" ? ZOOM : 1 / ZOOM);
@@ -425,16 +414,19 @@ class FlatMap extends Panel {
     const { state, hello } = this.#shown ?? {};
     mark(this.#follow, "aria-pressed", String(this.#looks === "robot"));
     mark(this.#fit, "aria-pressed", String(this.#looks === "whole"));
-    mark(this.#measure, "aria-pressed", String(this.#measures));
-    mark(this.#namer, "aria-pressed", String(this.#names));
-    mark(this.#zoner, "aria-pressed", String(this.#corners !== null));
-    const corners = this.#corners?.length ?? 0;
-    this.#zoneBar.hidden = this.#corners === null;
-    this.#zoneDone.disabled = corners < 3;
-    this.#zoneBack.disabled = corners === 0;
-    write(this.#zoneWords, corners ? t("flat-map.count_corners", { count: corners }) : t("flat-map.press_its_corners"));
-    this.#zoner.hidden = this.#namer.hidden = hello === null || hello === undefined || hello.you.role === "viewer";
-    this.classList.toggle("is-measuring", this.#measures || this.#names || this.#corners !== null);
+    const watches = !hello || hello.you.role === "viewer";
+    for (const [mode, button] of this.#modes) {
+      mark(button, "aria-pressed", String(mode === this.#mode));
+      button.hidden = watches && mode !== "measure";
+    }
+    const draws = this.#mode === "zone";
+    const corners = draws ? this.#points : [];
+    this.#zoneBar.hidden = !draws;
+    this.#zoneDone.disabled = corners.length < 3;
+    this.#zoneBack.disabled = corners.length === 0;
+    const count = t("flat-map.count_corners", { count: corners.length });
+    write(this.#zoneWords, corners.length ? count : t("flat-map.press_its_corners"));
+    this.classList.toggle("is-measuring", this.#mode !== "");
     if (this.hidden || !state || this.#canvas.clientWidth === 0) return;
     this.#aim();
     if (picture) this.#drawn = picture;
@@ -446,7 +438,7 @@ class FlatMap extends Panel {
       scan: seenFrom(this.#scan, this.#motion.where(this.#scanned) ?? at),
       layers: this.#plan ? this.#layers : new Set([...this.#layers, "landmarks"]), // without walls, what there is
       cursor: this.#cursor,
-      measured: this.#measured,
+      measured: draws ? [] : this.#points,
       radius: hello?.robot.radius_m ?? 0.1,
       left: this.#toGo.saw(state).join(" · "),
       room: this.#room,
@@ -456,7 +448,7 @@ class FlatMap extends Panel {
       ground: this.#ground,
       places: marksOf(this.session).places,
       zones: marksOf(this.session).zones,
-      corners: this.#corners ?? [],
+      corners,
       covered: this.#covered,
     });
     this.#move();
@@ -504,9 +496,7 @@ function extentOf(points) {
   return maps.extentOf([points.flatMap(({ x_m: x, y_m: y }) => [100 * x, 100 * y])]);
 }
 
-/** @param {string} name @param {string} says */
-function tool(name, says) {
-  return make("button.icon-button.flat-tool", { "aria-label": says, title: says }, icon(name));
-}
+/** @param {string} drawing @param {string} says @param {() => void} [act] */
+const tool = (drawing, says, act) => iconButton(drawing, says, act, { title: says, look: "flat-tool" });
 
 customElements.define("flat-map", FlatMap);

@@ -2,7 +2,7 @@
 
 import { onlyWatched } from "../drive/permission.js";
 import { qualityRuns, wordsOf } from "../net/api.js";
-import { icon, make } from "../ui/element.js";
+import { icon, iconButton, make } from "../ui/element.js";
 import { age, quantities, timeOfDay } from "../ui/format.js";
 import { couldCall, goesToPerson, letCall } from "../ui/let-call.js";
 import { Panel } from "../ui/panel.js";
@@ -97,15 +97,9 @@ class HistoryList extends Panel {
     const words = wordsOf(row);
     const amounts = /\d/.test(words) ? "" : quantities(row.numbers); // "turn left" does not say how far
     const took = row.duration_s !== null && row.state !== "refused" ? age(row.duration_s) : "";
-    const again = make(
-      "button.icon-button.small",
-      {
-        "aria-label": t("history-list.again_words", { words }),
-        title: t("history-list.again"),
-        onclick: () => void this.session.say(words, "chip"),
-      },
-      icon("again"),
-    );
+    const more = { title: t("history-list.again"), look: "small" };
+    const say = () => void this.session.say(words, "chip");
+    const again = iconButton("again", t("history-list.again_words", { words }), say, more);
     return make(
       "li.record",
       { "data-state": row.state },

@@ -6,6 +6,7 @@ import { icon, make, nameField, onSubmit, write } from "../ui/element.js";
 import { day, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
+import { confirmIn } from "../ui/row-question.js";
 import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
@@ -156,73 +157,36 @@ class MapCard extends Panel {
       ),
     );
     const acts = make("div.map-acts");
-    if (!this.#form.hidden) {
-      acts.append(
-        this.#act("", t("map-card.load_name", { name: map.name }), t("map-card.load"), () =>
-          this.#ask(row, t("map-card.unsaved_changes_of_the_present_map"), t("map-card.load_it"), () =>
-            maps.load(map.name),
-          ),
-        ),
+    /** @param {string} look @param {string} says @param {string} words @param {() => void} onclick */
+    const act = (look, says, words, onclick) =>
+      acts.append(make("button", { class: `button small ${look}`, "aria-label": says, onclick }, words));
+    /** @param {string} sentence @param {string} does @param {() => Promise<unknown>} then */
+    const ask = (sentence, does, then) =>
+      confirmIn(
+        row,
+        sentence,
+        does,
+        () => void this.#try(then),
+        () => this.#draw(),
       );
-    }
+    const { name } = map;
+    if (!this.#form.hidden)
+      act("", t("map-card.load_name", { name }), t("map-card.load"), () =>
+        ask(t("map-card.unsaved_changes_of_the_present_map"), t("map-card.load_it"), () => maps.load(name)),
+      );
     acts.append(
       make(
         "a.button.small.plain",
-        { href: maps.zipOf(map.name), download: "", "aria-label": t("map-card.download_name", { name: map.name }) },
+        { href: maps.zipOf(name), download: "", "aria-label": t("map-card.download_name", { name }) },
         t("map-card.download"),
       ),
     );
-    if (!this.#form.hidden) {
-      acts.append(
-        this.#act("plain", t("map-card.delete_name", { name: map.name }), t("map-card.delete"), () =>
-          this.#ask(row, t("map-card.delete_this_map_for_good"), t("map-card.delete"), () => maps.remove(map.name)),
-        ),
+    if (!this.#form.hidden)
+      act("plain", t("map-card.delete_name", { name }), t("map-card.delete"), () =>
+        ask(t("map-card.delete_this_map_for_good"), t("map-card.delete"), () => maps.remove(name)),
       );
-    }
     row.append(acts);
     return row;
-  }
-
-  /**
-   * @param {string} look
-   * @param {string} name
-   * @param {string} words on the button
-   * @param {() => void} then
-   */
-  #act(look, name, words, then) {
-    const button = make("button", { class: `button small ${look}`, "aria-label": name, onclick: then }, words);
-    return button;
-  }
-
-  /**
-   * Ask for confirmation in the row itself.
-   * @param {HTMLElement} row
-   * @param {string} sentence
-   * @param {string} act
-   * @param {() => Promise<unknown>} then
-   */
-  #ask(row, sentence, act, then) {
-    for (const other of this.#list.querySelectorAll(".map-question")) other.remove();
-    const yes = make("button.button.primary", act);
-    const no = make("button.button", t("map-card.leave_it"));
-    const question = make(
-      "div.row.map-question",
-      { role: "group", "aria-label": sentence },
-      make("p", sentence),
-      yes,
-      no,
-    );
-    yes.addEventListener("click", () => {
-      question.remove();
-      void this.#try(then);
-    });
-    no.addEventListener("click", () => {
-      question.remove();
-      this.#draw();
-    });
-    row.append(question);
-    no.focus();
-    question.scrollIntoView({ block: "nearest" });
   }
 
   /** @param {() => Promise<unknown>} act */

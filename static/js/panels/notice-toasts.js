@@ -1,6 +1,6 @@
 // Element <notice-toasts>: new notices over the map; errors stay until they are dismissed.
 
-import { icon, make, redraw, write } from "../ui/element.js";
+import { icon, iconButton, make, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { unlessPressed } from "../ui/press.js";
 import { speedsOffer } from "../ui/speeds-offer.js";
@@ -98,9 +98,8 @@ class NoticeToasts extends Panel {
    * @returns {HTMLElement}
    */
   #put(level, text, offer) {
-    const away = make("button.icon-button.small", { "aria-label": t("notice-toasts.dismiss") }, icon("close"));
+    const away = iconButton("close", t("notice-toasts.dismiss"), () => toast.remove(), { look: "small" });
     const toast = make("div.toast", { "data-level": level }, icon(drawing(level)), make("p", text), offer, away);
-    away.addEventListener("click", () => toast.remove());
     this.append(toast);
     while (this.children.length > MOST) this.firstElementChild?.remove();
     this.session.announce(text);

@@ -2,7 +2,7 @@
 
 import { marksOf, removePlace, removeZone, wordsTo } from "../net/marks-api.js";
 import { sure } from "../ui/confirm-button.js";
-import { icon, isNew, make } from "../ui/element.js";
+import { icon, iconButton, isNew, make } from "../ui/element.js";
 import { degrees, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
@@ -83,15 +83,9 @@ class PlaceList extends Panel {
       },
       t("place-list.go"),
     );
-    const edit = make(
-      "button.icon-button.small",
-      {
-        "aria-label": t("place-list.change_name", { name: place.name }),
-        title: t("place-list.change"),
-        onclick: () => askName(this, { place }),
-      },
-      icon("pencil"),
-    );
+    const more = { title: t("place-list.change"), look: "small" };
+    const says = t("place-list.change_name", { name: place.name });
+    const edit = iconButton("pencil", says, () => askName(this, { place }), more);
     const away = this.#remover(place.name, removePlace);
     const body = make("div.place-body", make("p.place-name", place.name), make("p.note", where));
     return make("li.row.place", body, this.#drives && go, this.#operates && edit, this.#operates && away);

@@ -1,7 +1,7 @@
 // Element <route-card>: the routes of the map, one in the making, and how the one under way goes.
 
 import { addRoute, marksOf, removeRoute, startRoute, steerRoute } from "../net/marks-api.js";
-import { icon, isNew, make, mark, nameField, onSubmit, write } from "../ui/element.js";
+import { iconButton, isNew, make, nameField, onSubmit, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
 import { t } from "../ui/texts.js";
@@ -167,15 +167,12 @@ class RouteCard extends Panel {
     start.addEventListener("click", () => void this.#trouble.attempt(() => startRoute(name)));
     const away = remover(name, () => this.#trouble.attempt(() => removeRoute(name)));
     const body = make("div.place-body", make("p.place-name", name), make("p.note", loop ? `${way} ↻` : way));
-    const edit = make(
-      "button.icon-button.small",
-      { "aria-label": t("route-card.change_name", { name }), title: t("place-list.change") },
-      icon("pencil"),
-    );
-    edit.addEventListener("click", () => {
+    const change = () => {
       this.#lay(route);
       this.#openForm();
-    });
+    };
+    const more = { title: t("place-list.change"), look: "small" };
+    const edit = iconButton("pencil", t("route-card.change_name", { name }), change, more);
     return make("li.row.place", body, ...(this.#operates ? [start, edit, away] : []));
   }
 
@@ -232,15 +229,18 @@ class RouteCard extends Panel {
       stop.action = /** @type {Stop["action"]} */ (action.value || null);
       text.hidden = stop.action !== "say";
     });
+    const earlier = t("route-card.place_earlier", { place: stop.place });
+    const away = t("place-list.remove_name", { name: stop.place });
+    const drop = () => {
+      this.#made.splice(index, 1);
+      this.#drawForm();
+    };
     const row = make(
       "li.row.route-stop",
       { draggable: "true" },
       make("span.place-name", stop.place),
-      this.#act("chevron", t("route-card.place_earlier", { place: stop.place }), () => this.#move(index, index - 1)),
-      this.#act("close", t("place-list.remove_name", { name: stop.place }), () => {
-        this.#made.splice(index, 1);
-        this.#drawForm();
-      }),
+      iconButton("chevron", earlier, () => this.#move(index, index - 1), { title: earlier, look: "small turned" }),
+      iconButton("close", away, drop, { title: away, look: "small" }),
       wait,
       "s",
       action,
@@ -256,13 +256,6 @@ class RouteCard extends Panel {
       this.#move(this.#dragged, index);
     });
     return row;
-  }
-
-  /** @param {string} drawing @param {string} says @param {() => void} then */
-  #act(drawing, says, then) {
-    const button = make("button.icon-button.small", { "aria-label": says, title: says, onclick: then }, icon(drawing));
-    mark(button, "data-act", drawing);
-    return button;
   }
 
   /** @param {number} from @param {number} to */

@@ -1,7 +1,7 @@
 // Element <people-enrollment>: enrollment of a person: empty room, gestures, name.
 
 import { action, say } from "../calibration/action.js";
-import { icon, isNew, make, mark, onSubmit, write } from "../ui/element.js";
+import { icon, iconButton, isNew, make, mark, onSubmit, write } from "../ui/element.js";
 import { takeDrops } from "../ui/file-drop.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { PagePanel } from "../ui/panel.js";
@@ -301,15 +301,9 @@ class PeopleEnrollment extends PagePanel {
   /** @param {Enrollment} enrollment @param {import("../net/rest.js").JudgedPictureState} one */
   #thumb(enrollment, one) {
     const name = NAMES[one.gesture] ?? t("people-enrollment.more");
-    const away = make(
-      "button.icon-button",
-      {
-        "aria-label": t("people-enrollment.leave_out_name", { name }),
-        title: t("people-enrollment.leave_out"),
-        onclick: () => void this.model.drop(one.number),
-      },
-      icon("trash"),
-    );
+    const title = t("people-enrollment.leave_out");
+    const drop = () => void this.model.drop(one.number);
+    const away = iconButton("trash", t("people-enrollment.leave_out_name", { name }), drop, { title });
     return make("li", sketched(enrollment.id, one, name), make("span.thumb-foot", name, away));
   }
 

@@ -3,7 +3,7 @@
 import { action } from "../calibration/action.js";
 import { since } from "../calibration/active-calibration.js";
 import { fetchLookingModel, looking } from "../net/api.js";
-import { icon, isNew, make, onSubmit, write } from "../ui/element.js";
+import { iconButton, isNew, make, onSubmit, write } from "../ui/element.js";
 import { ModelOffer } from "../ui/model-offer.js";
 import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
@@ -83,23 +83,13 @@ class PeopleKnown extends PagePanel {
       ),
     );
     if (!this.model.may) return row;
-    const other = make(
-      "button.button.small.plain",
-      {
-        "aria-label": t("people-known.rename_name", { name: one.name }),
-        onclick: () => this.#ask({ id: one.id, what: "rename" }),
-      },
-      t("people-known.rename"),
-    );
-    const away = make(
-      "button.button.small.plain",
-      {
-        "aria-label": t("people-known.forget_name", { name: one.name }),
-        onclick: () => this.#ask({ id: one.id, what: "forget" }),
-      },
-      t("people-known.forget"),
-    );
-    row.append(make("div.known-acts", other, away));
+    /** @param {"rename" | "forget"} what @param {string} says @param {string} words */
+    const act = (what, says, words) =>
+      make("button.button.small.plain", { "aria-label": says, onclick: () => this.#ask({ id: one.id, what }) }, words);
+    const { name } = one;
+    const rename = act("rename", t("people-known.rename_name", { name }), t("people-known.rename"));
+    const forget = act("forget", t("people-known.forget_name", { name }), t("people-known.forget"));
+    row.append(make("div.known-acts", rename, forget));
     return row;
   }
 
@@ -168,9 +158,8 @@ class PeopleKnown extends PagePanel {
 
   /** @param {HTMLElement[]} what @param {string} yes @param {string} no @param {() => void} act */
   #question(what, yes, no, act) {
-    const away = make("button.icon-button", { "aria-label": no, title: no }, icon("close"));
+    const away = iconButton("close", no, () => this.#ask(null), { title: no });
     const form = make("form.inline.known-asked", ...what, make("button.button.primary", { type: "submit" }, yes), away);
-    away.addEventListener("click", () => this.#ask(null));
     form.addEventListener("keydown", (event) => event.key === "Escape" && this.#ask(null));
     onSubmit(form, () => {
       this.#asked = null;

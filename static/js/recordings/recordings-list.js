@@ -2,9 +2,10 @@
 
 import { askToOpen } from "../connect/opening.js";
 import { fileOf, filmOf, pictureOf } from "../net/recordings-api.js";
-import { icon, make, mark, onSubmit, write } from "../ui/element.js";
+import { icon, iconButton, make, mark, onSubmit, write } from "../ui/element.js";
 import { PagePanel } from "../ui/panel.js";
 import { recorderOf } from "../ui/recorder.js";
+import { confirmIn, questionIn } from "../ui/row-question.js";
 import { t } from "../ui/texts.js";
 import { askForPart } from "./part-form.js";
 import { about, stateOf, urlOf } from "./recordings-model.js";
@@ -94,10 +95,11 @@ class RecordingsList extends PagePanel {
       acts,
     );
     if (state === "runs" || state === "unfinished") return row;
-    if (this.#may)
-      acts.append(
-        act("play", t("recordings-list.play_name", { name }), () => this.#play(row, name), t("recordings-list.play")),
-      );
+    /** @param {string} drawing @param {string} says @param {() => void} then */
+    const act = (drawing, says, then) => acts.append(iconButton(drawing, says, then, { title: says, look: "small" }));
+    const says = t("recordings-list.play_name", { name });
+    const play = { "aria-label": says, onclick: () => this.#play(row, name) };
+    if (this.#may) acts.append(make("button.button", play, icon("play"), t("recordings-list.play")));
     const link = {
       href: fileOf(name),
       download: "",
@@ -105,19 +107,18 @@ class RecordingsList extends PagePanel {
       title: t("map-card.download"),
     };
     acts.append(make("a", { class: "icon-button small", ...link }, icon("download")));
-    if (state === "whole")
-      acts.append(act("cut", t("recordings-list.part_name", { name }), () => this.#part(row, one)));
+    if (state === "whole") act("cut", t("recordings-list.part_name", { name }), () => this.#part(row, one));
     if (!this.#may) return row;
-    acts.append(
-      act("pencil", t("recordings-list.change_name", { name }), () => this.#change(row, one)),
-      act("trash", t("map-card.delete_name", { name }), () => this.#remove(row, name)),
-    );
+    act("pencil", t("recordings-list.change_name", { name }), () => this.#change(row, one));
+    const sentence = t("recordings-list.delete_this_recording_for_good");
+    const remove = () => void this.model.remove(name);
+    act("trash", t("map-card.delete_name", { name }), () => confirmIn(row, sentence, t("map-card.delete"), remove));
     return row;
   }
 
   /** @param {HTMLElement} row @param {string} name */
   #play(row, name) {
-    const question = this.#ask(row, "div", { role: "group", hidden: true });
+    const question = questionIn(row, "div", { role: "group", hidden: true });
     askToOpen(question, this.session, {
       url: urlOf(name),
       open: (save) => void this.model.play(name, save),
@@ -127,7 +128,7 @@ class RecordingsList extends PagePanel {
 
   /** @param {HTMLElement} row @param {Recording} one */
   #part(row, { name, seconds }) {
-    const form = this.#ask(row, "form", { "aria-label": t("recordings-list.part_name", { name }) });
+    const form = questionIn(row, "form", { "aria-label": t("recordings-list.part_name", { name }) });
     askForPart(form, {
       seconds,
       may: this.#may,
@@ -147,7 +148,7 @@ class RecordingsList extends PagePanel {
       spellcheck: "false",
     });
     const noted = make("input.field-box", { value: note, maxlength: "2000", autocomplete: "off" });
-    const form = this.#ask(row, "form", { "aria-label": t("recordings-list.change_name", { name }) });
+    const form = questionIn(row, "form", { "aria-label": t("recordings-list.change_name", { name }) });
     const leave = make("button.button", { onclick: () => close(form, row) }, t("map-card.leave_it"));
     form.append(
       make("label", t("recordings-list.name"), named),
@@ -166,35 +167,6 @@ class RecordingsList extends PagePanel {
     named.select();
     form.scrollIntoView({ block: "nearest" });
   }
-
-  /** @param {HTMLElement} row @param {string} name */
-  #remove(row, name) {
-    const sentence = t("recordings-list.delete_this_recording_for_good");
-    const question = this.#ask(row, "div", { role: "group", "aria-label": sentence });
-    const yes = make("button.button.primary", t("map-card.delete"));
-    const no = make("button.button", { onclick: () => close(question, row) }, t("map-card.leave_it"));
-    question.append(make("p", sentence), yes, no);
-    yes.addEventListener("click", () => {
-      question.remove();
-      void this.model.remove(name);
-    });
-    no.focus();
-    question.scrollIntoView({ block: "nearest" });
-  }
-
-  /**
-   * A place in the row for a question; the list asks one at a time.
-   * @template {"div" | "form"} T
-   * @param {HTMLElement} row
-   * @param {T} tag
-   * @param {Record<string, any>} more
-   */
-  #ask(row, tag, more) {
-    for (const other of this.#list.querySelectorAll(".map-question")) other.remove();
-    const question = make(tag, { class: "row map-question", ...more });
-    row.append(question);
-    return question;
-  }
 }
 
 /** @param {HTMLElement} question @param {HTMLElement} row */
@@ -205,16 +177,5 @@ function close(question, row) {
 
 /** @param {HTMLElement | null} row */
 const focusOn = (row) => row?.querySelector("button")?.focus();
-
-/**
- * @param {string} drawing
- * @param {string} name
- * @param {() => void} then
- * @param {string} [words] on the button
- */
-function act(drawing, name, then, words = "") {
-  const look = words ? { class: "button" } : { class: "icon-button small", title: name };
-  return make("button", { "aria-label": name, onclick: then, ...look }, icon(drawing), words);
-}
 
 customElements.define("recordings-list", RecordingsList);

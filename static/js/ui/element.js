@@ -107,7 +107,7 @@ export function isNew(owner, ...values) {
  * A button that is a drawing.
  * @param {string} drawing
  * @param {string} says its name for who does not see it
- * @param {() => void} onclick
+ * @param {(() => void) | undefined} onclick
  * @param {{title?: string, look?: string}} [more] what the pointer says; further classes
  */
 export const iconButton = (drawing, says, onclick, { title, look } = {}) =>
