@@ -1,5 +1,6 @@
 // Start of the page: theme, common panels, session, shell, redrawing, and sign-in by a printed link.
 
+import { enterByLink } from "./panels/login-view.js";
 import "./ui/theme.js";
 import "./panels/banner-stack.js";
 import "./panels/link-chip.js";
@@ -77,13 +78,4 @@ function redraw(session, panels, shell) {
     due = true;
   });
   setInterval(() => performance.now() - shownAt >= SHOW_MS && show(), SHOW_MS);
-}
-
-/** Use the token of a printed link at once, and remove it from the address. */
-function enterByLink() {
-  const token = new URLSearchParams(location.hash.slice(1)).get("t");
-  if (!token) return false;
-  history.replaceState(null, "", location.pathname + location.search);
-  void (/** @type {import("./panels/login-view.js").LoginView} */ (document.querySelector("login-view")).enter(token));
-  return true;
 }

@@ -1,6 +1,6 @@
 // Element <before-after>: one view as taken and undistorted, with a movable divider.
 
-import { isNew, make, mark, write } from "../ui/element.js";
+import { cardHead, isNew, make, mark, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 
@@ -31,15 +31,7 @@ export class BeforeAfter extends HTMLElement {
   connectedCallback() {
     if (this.children.length) return;
     this.classList.add("card");
-    this.append(
-      make(
-        "div.card-head",
-        make("h2.card-title", t("before-after.before_and_after")),
-        make("span.spring"),
-        this.#which,
-      ),
-      this.#box,
-    );
+    this.append(cardHead(t("before-after.before_and_after"), this.#which), this.#box);
     this.#slider.addEventListener("input", () => this.#place());
     this.#place();
   }

@@ -2,7 +2,7 @@
 
 import { address } from "../net/api.js";
 import { sure } from "../ui/confirm-button.js";
-import { icon, iconButton, isNew, make, write } from "../ui/element.js";
+import { cardHead, icon, iconButton, isNew, make, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { inWords, since, standing } from "./active-calibration.js";
 import * as api from "./api.js";
@@ -59,7 +59,7 @@ class CalibrationHome extends WizardStep {
         make(
           "section.card.begun",
           { "aria-label": t("calibration-home.begun") },
-          make("div.card-head", make("h2.card-title", t("calibration-home.go_on_where_you_left_off"))),
+          cardHead(t("calibration-home.go_on_where_you_left_off")),
           this.#none,
           this.#rows,
         ),

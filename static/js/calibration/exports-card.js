@@ -1,6 +1,6 @@
 // Element <exports-card>: download links of the calibration in several formats.
 
-import { icon, isNew, make } from "../ui/element.js";
+import { cardHead, icon, isNew, make } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 
@@ -27,7 +27,7 @@ export class ExportsCard extends HTMLElement {
   connectedCallback() {
     if (this.children.length) return;
     this.classList.add("card");
-    this.append(make("div.card-head", make("h2.card-title", t("exports-card.take_it_along"))), this.#list);
+    this.append(cardHead(t("exports-card.take_it_along")), this.#list);
   }
 
   /** @param {Calibration} calibration */

@@ -1,6 +1,6 @@
 // Element <findings-card>: findings about a solution in sentences: predicted error, warnings, checks.
 
-import { icon, isNew, make, write } from "../ui/element.js";
+import { cardHead, icon, isNew, make, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 
@@ -27,7 +27,7 @@ export class FindingsCard extends HTMLElement {
   connectedCallback() {
     if (this.children.length) return;
     this.classList.add("card");
-    this.append(make("div.card-head", make("h2.card-title", t("findings-card.what_to_know"))), this.#table, this.#list);
+    this.append(cardHead(t("findings-card.what_to_know")), this.#table, this.#list);
   }
 
   /** @param {Calibration} calibration */

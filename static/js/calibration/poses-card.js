@@ -1,6 +1,6 @@
 // Element <poses-card>: where the board was in every view, in the camera's frame, with standard deviations.
 
-import { isNew, make } from "../ui/element.js";
+import { cardHead, isNew, make } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { poseRows } from "./figures.js";
 
@@ -15,7 +15,7 @@ export class PosesCard extends HTMLElement {
     const names = [t("poses-card.view"), t("poses-card.place_mm"), t("poses-card.turn_degrees")];
     const head = make("tr", ...names.map((name) => make("th", { scope: "col" }, name)));
     this.append(
-      make("div.card-head", make("h2.card-title", t("poses-card.poses_of_the_board"))),
+      cardHead(t("poses-card.poses_of_the_board")),
       make("table.values", make("thead", head), this.#body),
       make("p.note", t("poses-card.in_the_camera_s_frame")),
     );

@@ -1,6 +1,6 @@
 // Element <experiment-list>: every experiment, what it reproduces, how long it takes, and its start.
 
-import { icon, make, mark, onSubmit, write } from "../ui/element.js";
+import { icon, make, mark, numberField, onSubmit, write } from "../ui/element.js";
 import { date } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
@@ -70,8 +70,9 @@ class ExperimentList extends PagePanel {
 
   /** @param {Experiment} one */
   #row(one) {
-    const count = number(`runs-${one.name}`, one.runs, 1, MOST_RUNS);
-    const seed = number(`seed-${one.name}`, 0, 0, 10 ** 9);
+    const whole = { step: 1, required: true };
+    const count = numberField(one.counts, { ...whole, value: one.runs, min: 1, max: MOST_RUNS });
+    const seed = numberField(t("experiment-list.seed"), { ...whole, value: 0, min: 0, max: 10 ** 9 });
     const cost = make("td.experiment-time");
     const last = make("td.experiment-last");
     const [printed] = one.chapter;
@@ -83,12 +84,7 @@ class ExperimentList extends PagePanel {
       icon("play"),
       t("experiment-list.run"),
     );
-    form.append(
-      make("label", { for: count.id }, one.counts),
-      count,
-      make("label", { for: seed.id }, t("experiment-list.seed")),
-      seed,
-    );
+    form.append(make("label.inline", one.counts, count), make("label.inline", t("experiment-list.seed"), seed));
     const price = () =>
       write(
         cost,
@@ -132,17 +128,5 @@ const note = (words = "") => make("span.note", words);
 /** A row whose words are still to come. */
 const skeleton = () =>
   make("tr.experiment-skeleton", { "aria-hidden": "true" }, make("td", { colspan: "5" }, make("span"), make("span")));
-
-/** @param {string} id @param {number} value @param {number} min @param {number} max */
-const number = (id, value, min, max) =>
-  make("input.field-box", {
-    type: "number",
-    id,
-    value: String(value),
-    min: String(min),
-    max: String(max),
-    step: "1",
-    required: true,
-  });
 
 customElements.define("experiment-list", ExperimentList);

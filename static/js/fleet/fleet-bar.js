@@ -2,12 +2,12 @@
 
 import { icon, make, mark, write } from "../ui/element.js";
 import { age } from "../ui/format.js";
+import { onTouch } from "../ui/press.js";
 import { t } from "../ui/texts.js";
 import { GROUPS, groupOf } from "./words.js";
 
 /** @import { FleetSession } from "./fleet-session.js" */
 
-const TOUCH_MS = 600; // the click that follows a touch is the same press
 const MANY = 8; // robots, from which on one may search
 
 export class FleetCounts extends HTMLElement {
@@ -56,8 +56,6 @@ export class FleetCounts extends HTMLElement {
 }
 
 export class FleetStop extends HTMLElement {
-  #touchedAt = -Infinity;
-
   /** @param {FleetSession} session */
   join(session) {
     const stop = make(
@@ -73,13 +71,7 @@ export class FleetStop extends HTMLElement {
       make("span", t("fleet.halt_all")),
     );
     this.append(halt, stop);
-    stop.addEventListener("pointerdown", () => {
-      this.#touchedAt = performance.now();
-      void session.all("stop");
-    });
-    stop.addEventListener("click", () => {
-      if (performance.now() - this.#touchedAt > TOUCH_MS) void session.all("stop");
-    });
+    onTouch(stop, () => void session.all("stop"));
     addEventListener("keydown", (event) => {
       if (event.key === "Escape" && !event.repeat) void session.all("stop");
     });

@@ -3,7 +3,7 @@
 import { address } from "../net/api.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
-import { unlessPressed } from "../ui/press.js";
+import { onTouch, unlessPressed } from "../ui/press.js";
 import { t } from "../ui/texts.js";
 import { activityOf, groupOf, isOpen, linkOf, needOf, noticeOf } from "./words.js";
 
@@ -12,7 +12,6 @@ import { activityOf, groupOf, isOpen, linkOf, needOf, noticeOf } from "./words.j
 
 const PICTURE_MS = 500; // between two pictures of a robot
 const SHARED_MS = 125; // of one picture among all that are seen
-const TOUCH_MS = 600;
 
 class Card {
   #picture = make("img.fleet-picture", { alt: "" });
@@ -28,7 +27,6 @@ class Card {
   #askedAt = -Infinity;
   #asking = false;
   #shown = false; // the newest picture came
-  #touchedAt = -Infinity;
   /** @type {Robot | null} */
   #robot = null;
   seen = false;
@@ -41,13 +39,7 @@ class Card {
 
   /** @param {FleetSession} session */
   constructor(session) {
-    this.#stop.addEventListener("pointerdown", () => {
-      this.#touchedAt = performance.now();
-      if (this.#robot) void session.stop(this.#robot);
-    });
-    this.#stop.addEventListener("click", () => {
-      if (this.#robot && performance.now() - this.#touchedAt > TOUCH_MS) void session.stop(this.#robot);
-    });
+    onTouch(this.#stop, () => this.#robot && void session.stop(this.#robot));
   }
 
   /** @param {Robot} robot */

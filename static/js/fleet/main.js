@@ -1,7 +1,7 @@
 // Start of the fleet's page: its session, its elements, and sign-in by a printed link.
 
 import "../ui/theme.js";
-import "../panels/login-view.js";
+import { enterByLink } from "../panels/login-view.js";
 import "../panels/theme-toggle.js";
 import "./fleet-answers.js";
 import "./fleet-bar.js";
@@ -30,15 +30,6 @@ cards.join(session);
 /** @type {import("./fleet-bar.js").FleetBanner} */ (part("fleet-banner")).join(session);
 /** @type {import("./fleet-maps.js").FleetMaps} */ (part("fleet-maps")).join(session);
 /** @type {import("./fleet-answers.js").FleetAnswers} */ (part("fleet-answers")).join(session);
-
-/** Use the token of a printed link at once, and remove it from the address. */
-function enterByLink() {
-  const token = new URLSearchParams(location.hash.slice(1)).get("t");
-  if (!token) return false;
-  history.replaceState(null, "", location.pathname + location.search);
-  void (/** @type {import("../panels/login-view.js").LoginView} */ (part("login-view")).enter(token));
-  return true;
-}
 
 addEventListener("hashchange", enterByLink);
 if (!enterByLink()) void session.begin();

@@ -43,11 +43,13 @@ export async function call(path, options = {}) {
   throw new Refusal(answer.status, detail ? said(detail, code, values) : t("api.answered", { status: answer.status }));
 }
 
+/** @param {string} path @param {"POST" | "PATCH" | "PUT"} method @param {object} content @param {RequestInit} [more] */
+export const send = (path, method, content, more) =>
+  call(path, { method, body: JSON.stringify(content), headers: { "content-type": "application/json" }, ...more });
+
 /** @param {string} path @param {object} [content] */
-export function post(path, content) {
-  const options = content ? { body: JSON.stringify(content), headers: { "content-type": "application/json" } } : {};
-  return call(path, { method: "POST", keepalive: true, ...options });
-}
+export const post = (path, content) =>
+  content ? send(path, "POST", content, { keepalive: true }) : call(path, { method: "POST", keepalive: true });
 
 /** @returns {Promise<Me>} 401 when no user is signed in */
 export const me = () => call("api/me");

@@ -1,7 +1,7 @@
 // HTTP client for what people marked on the map: named places, zones and routes. Read again whenever the console says that they changed.
 
 import { t } from "../ui/texts.js";
-import { call, post, sentenceOf } from "./api.js";
+import { call, post, send, sentenceOf } from "./api.js";
 
 /** @import { Kind } from "../drive/suggest.js" */
 /** @import { RouteProgress, ZoneRow as Zone } from "./rest.js" */
@@ -19,10 +19,6 @@ const AGAIN_MS = 3000; // after which a reading that failed is repeated
 
 /** @param {string} root @param {string} name */
 const one = (root, name) => `${root}/${encodeURIComponent(name)}`;
-
-/** @param {string} path @param {"PATCH" | "PUT"} method @param {object} content */
-const send = (path, method, content) =>
-  call(path, { method, body: JSON.stringify(content), headers: { "content-type": "application/json" } });
 
 /** @param {Place} place @returns {Promise<Place>} */
 export const addPlace = (place) => post(PLACES, place);

@@ -1,7 +1,7 @@
 // HTTP client for recordings: start, stop, keep what just happened, and the list.
 
 import { translate } from "../ui/texts.js";
-import { address, call, post } from "./api.js";
+import { address, call, post, send } from "./api.js";
 
 /** @import { FinishedRecording as Recording } from "./rest.js" */
 
@@ -37,8 +37,7 @@ export const take = (file) =>
 export const make = (sample) => post(`${ROOT}/samples/${sample}`);
 
 /** @param {string} name @param {{name?: string, note?: string}} fresh */
-export const change = (name, fresh) =>
-  call(one(name), { method: "PATCH", body: JSON.stringify(fresh), headers: { "content-type": "application/json" } });
+export const change = (name, fresh) => send(one(name), "PATCH", fresh);
 
 /** @param {string} name */
 export const remove = (name) => call(one(name), { method: "DELETE" });

@@ -3,7 +3,7 @@
 import { wordsOf } from "../net/api.js";
 import { steerRoute } from "../net/marks-api.js";
 import * as room from "../net/room-api.js";
-import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { icon, isNew, make, mark, redraw, write } from "../ui/element.js";
 import { couldCall, goesToPerson, isEmptyRoom, letCall } from "../ui/let-call.js";
 import { meter } from "../ui/meter.js";
 import { Panel } from "../ui/panel.js";
@@ -125,6 +125,12 @@ class CommandStatus extends Panel {
       this.session.announce(`${wordsOf(row)}: ${row.state}. ${row.remark}`);
   }
 
+  /** Whether other suggestions are to be drawn. @param {string} key of what is suggested; "": nothing */
+  #offers(key) {
+    this.#suggestions.hidden = key === "";
+    return isNew(this.#suggestions, key);
+  }
+
   /** @param {StatusLine} line */
   #write(line) {
     redraw(this.#icon, line.icon);
@@ -142,9 +148,7 @@ class CommandStatus extends Panel {
     this.#write(line);
     const same = line.words.toLowerCase() === late.heard_as.toLowerCase();
     const key = `late ${late.id} ${same}`;
-    this.#suggestions.hidden = false;
-    if (this.#suggestions.dataset["suggested"] === key) return;
-    this.#suggestions.dataset["suggested"] = key;
+    if (!this.#offers(key)) return;
     const now = make(
       "button.chip",
       icon("again"),
@@ -161,9 +165,7 @@ class CommandStatus extends Panel {
   #offerControl(line, asked) {
     this.#write({ ...line, state: line.state || "held" });
     const key = `control ${asked}`;
-    this.#suggestions.hidden = false;
-    if (this.#suggestions.dataset["suggested"] === key) return;
-    this.#suggestions.dataset["suggested"] = key;
+    if (!this.#offers(key)) return;
     const ask = make("button.chip", { disabled: asked !== "" }, t("lease-chip.ask_for_control"));
     const take = make("button.chip", { onclick: () => void this.session.lease("take") }, t("lease-chip.take_over"));
     ask.addEventListener("click", () => void this.session.lease("ask"));
@@ -178,9 +180,7 @@ class CommandStatus extends Panel {
     const caller = unheard ? couldCall() : "";
     const empty = unheard && isEmptyRoom();
     const key = caller ? `${caller}: ${line.words}` : empty ? "nobody" : suggestions.join("|");
-    this.#suggestions.hidden = key === "";
-    if (this.#suggestions.dataset["suggested"] === key) return;
-    this.#suggestions.dataset["suggested"] = key;
+    if (!this.#offers(key)) return;
     if (caller) this.#suggestions.replaceChildren(letCall(caller, line.words), howItWorks());
     else if (empty) this.#suggestions.replaceChildren(this.#addPerson(), howItWorks());
     else

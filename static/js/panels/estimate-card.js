@@ -1,6 +1,6 @@
 // Element <estimate-card>: estimated pose, its uncertainty, and the error of dead reckoning.
 
-import { make, mark, write } from "../ui/element.js";
+import { cardHead, make, mark, write } from "../ui/element.js";
 import { degrees, fixed, headingBetween, metres, sigmas, spread, turnSpread } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
@@ -30,12 +30,7 @@ class EstimateCard extends Panel {
   build() {
     const { x, y, heading } = this.#figures;
     this.append(
-      make(
-        "div.card-head",
-        make("h2.card-title", t("estimate-card.where_it_believes_it_is")),
-        make("span.spring"),
-        this.#mode,
-      ),
+      cardHead(t("estimate-card.where_it_believes_it_is"), this.#mode),
       make("dl.figures", x.row, y.row, heading.row),
       make("dl.facts", ...Object.values(this.#facts).map(({ row }) => row)),
     );

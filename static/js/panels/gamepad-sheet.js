@@ -13,7 +13,7 @@ import {
   TITLES,
 } from "../drive/gamepad-mapping.js";
 import { inputName, padName } from "../drive/gamepad-names.js";
-import { make, mark, write } from "../ui/element.js";
+import { isNew, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { Sheet } from "../ui/sheet.js";
 import { t } from "../ui/texts.js";
@@ -135,9 +135,7 @@ export class GamepadSheet extends Sheet {
   /** @param {readonly Pad[]} pads @param {Pad} shown */
   #showChoice(pads, shown) {
     this.#choice.hidden = pads.length < 2;
-    const ids = pads.map(({ index, id }) => `${index} ${id}`).join("\n");
-    if (this.#choice.dataset["of"] !== ids) {
-      this.#choice.dataset["of"] = ids;
+    if (isNew(this.#choice, ...pads.map(({ index, id }) => [index, id]))) {
       this.#choice.replaceChildren(
         ...pads.map(({ index, id }) => {
           const words = `${index + 1}: ${padName(id)}`;
@@ -160,8 +158,8 @@ export class GamepadSheet extends Sheet {
     const { v, w } = stickVelocity(pad, mapping);
     this.#forward.set(v);
     this.#left.set(w);
-    const held = isPressed(pad, mapping.inputs.deadman);
     const { deadman } = mapping.inputs;
+    const held = isPressed(pad, deadman);
     const name = deadman ? inputName(pad, deadman) : t("gamepad-sheet.the_button");
     write(
       this.#asked,
@@ -209,9 +207,7 @@ export class GamepadSheet extends Sheet {
 
   /** @param {Pad} pad */
   #showAll({ id, mapping, buttons, axes }) {
-    const kind = `${id} ${buttons.length} ${axes.length}`;
-    if (this.#axes.dataset["of"] !== kind) {
-      this.#axes.dataset["of"] = kind;
+    if (isNew(this.#axes, id, buttons.length, axes.length)) {
       const name = { id, mapping };
       this.#buttons.replaceChildren(
         ...buttons.map((_, button) => make("span.pad-button", inputName(name, { button }))),

@@ -2,7 +2,7 @@
 
 import { onlyWatched } from "../drive/permission.js";
 import * as api from "../net/api.js";
-import { icon, make, mark, write } from "../ui/element.js";
+import { cardHead, icon, make, mark, write } from "../ui/element.js";
 import { degrees, inWords } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { PeopleNear } from "../ui/people-near.js";
@@ -37,13 +37,7 @@ class HearingCard extends Panel {
   build() {
     this.#near = new PeopleNear(this.session);
     this.append(
-      make(
-        "div.card-head",
-        make("h2.card-title", t("hearing-card.what_it_hears")),
-        make("span.spring"),
-        this.#listen,
-        this.#obey,
-      ),
+      cardHead(t("hearing-card.what_it_hears"), this.#listen, this.#obey),
       this.#near,
       make("div.hearing", this.#rose, make("div.hearing-words", this.#where, this.#none, this.#lines)),
       make("div.hearing-foot", this.#check, this.#measure),

@@ -5,7 +5,7 @@ import { icon, make, onSubmit, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-export class LoginView extends Panel {
+class LoginView extends Panel {
   #box = make("input.words", {
     id: "token",
     type: "password",
@@ -60,6 +60,15 @@ export class LoginView extends Panel {
     document.body.classList.add("is-signed-out");
     this.#box.focus();
   }
+}
+
+/** Use the token of a printed link at once, and remove it from the address. @returns {boolean} whether there is one */
+export function enterByLink() {
+  const token = new URLSearchParams(location.hash.slice(1)).get("t");
+  if (!token) return false;
+  history.replaceState(null, "", location.pathname + location.search);
+  void (/** @type {LoginView} */ (document.querySelector("login-view")).enter(token));
+  return true;
 }
 
 customElements.define("login-view", LoginView);

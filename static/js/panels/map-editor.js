@@ -3,7 +3,7 @@
 import * as api from "../net/edits-api.js";
 import { addRoom, marksOf } from "../net/marks-api.js";
 import { CanvasHand, stepped } from "../ui/canvas-hand.js";
-import { make, mark, nameField, onSubmit, write } from "../ui/element.js";
+import { make, mark, nameField, numberField, onSubmit, write } from "../ui/element.js";
 import { apart } from "../ui/flat-drawing.js";
 import { FloorView } from "../ui/floor-view.js";
 import { day } from "../ui/format.js";
@@ -56,14 +56,7 @@ class MapEditor extends Panel {
   #brush = make("select.field-box.map-edit-brush", { "aria-label": t("map-editor.width_of_the_brush") });
   #undo = make("button.button", { onclick: () => void this.#try(() => api.takeBack("undo")) }, t("map-editor.undo"));
   #redo = make("button.button", { onclick: () => void this.#try(() => api.takeBack("redo")) }, t("map-editor.redo"));
-  #degrees = make("input.field-box.place-degrees", {
-    type: "number",
-    min: "-180",
-    max: "180",
-    step: "0.5",
-    value: "1",
-    "aria-label": t("map-editor.degrees"),
-  });
+  #degrees = numberField(t("map-editor.degrees"), { min: -180, max: 180, step: 0.5, value: 1 }, "place-degrees");
   #turn = make("button.button", t("map-editor.turn"));
   #name = nameField(t("map-editor.name_of_the_room"));
   #done = make("button.button.primary", { type: "submit" }, t("place-sheet.save"));

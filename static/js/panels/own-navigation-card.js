@@ -1,7 +1,7 @@
 // Element <own-navigation-card>: the robot's own map and pose, and goals for its own navigation; hidden without one.
 
-import { call, post, sentenceOf } from "../net/api.js";
-import { make, mark, onSubmit, write } from "../ui/element.js";
+import { call, post, send, sentenceOf } from "../net/api.js";
+import { cardHead, make, mark, numberField, onSubmit, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
@@ -19,13 +19,7 @@ const inWords = ({ x_m, y_m, heading_rad }) =>
 
 /** @param {string} name @param {string} unit */
 function field(name, unit) {
-  const input = make("input.field-box", {
-    type: "number",
-    step: "any",
-    value: "0",
-    required: true,
-    "aria-label": name,
-  });
+  const input = numberField(name, { step: "any", value: 0, required: true });
   return { input, label: make("label", `${name} `, input, ` ${unit}`) };
 }
 
@@ -51,12 +45,7 @@ class OwnNavigationCard extends Panel {
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", t("own-navigation-card.robot_s_own_navigation"));
     this.append(
-      make(
-        "div.card-head",
-        make("h2.card-title", t("own-navigation-card.robot_s_own_navigation")),
-        make("span.spring"),
-        this.#layer,
-      ),
+      cardHead(t("own-navigation-card.robot_s_own_navigation"), this.#layer),
       this.#sentence,
       this.#pose,
       this.#goal,
@@ -66,7 +55,10 @@ class OwnNavigationCard extends Panel {
     );
     onSubmit(this.#form, () => void this.#ask(() => post(`${PATH}/goal`, this.#wanted())));
     this.#cancel.addEventListener("click", () => void this.#ask(() => call(`${PATH}/goal`, { method: "DELETE" })));
-    this.#layer.addEventListener("click", () => void this.#ask(() => this.#switch()));
+    this.#layer.addEventListener(
+      "click",
+      () => void this.#ask(() => send(`${PATH}/layer`, "PUT", { shown: !this.#newest?.shown })),
+    );
     setInterval(() => this.#there && !document.hidden && void this.#ask(() => call(PATH), false), PERIOD_MS);
   }
 
@@ -82,11 +74,6 @@ class OwnNavigationCard extends Panel {
   #wanted() {
     const heading = (Number(this.#heading.input.value) * Math.PI) / 180;
     return { x_m: Number(this.#x.input.value), y_m: Number(this.#y.input.value), heading_rad: heading };
-  }
-
-  #switch() {
-    const body = JSON.stringify({ shown: !this.#newest?.shown });
-    return call(`${PATH}/layer`, { method: "PUT", body, headers: { "content-type": "application/json" } });
   }
 
   /** @param {() => Promise<OwnNavigation>} request @param {boolean} aloud say what goes wrong */

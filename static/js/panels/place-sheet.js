@@ -1,7 +1,7 @@
 // Element <place-sheet>: the name of a place, and where the robot looks there.
 
 import { addPlace, changePlace } from "../net/marks-api.js";
-import { make, write } from "../ui/element.js";
+import { make, numberField, write } from "../ui/element.js";
 import { fixed, spread } from "../ui/format.js";
 import { NameSheet } from "../ui/name-sheet.js";
 import { t } from "../ui/texts.js";
@@ -14,13 +14,7 @@ const SPARE_M = 0.035; // as the planner keeps free at least
 class PlaceSheet extends NameSheet {
   #where = make("p.note");
   #turns = make("input", { type: "checkbox", onchange: () => (this.#degrees.disabled = !this.#turns.checked) });
-  #degrees = make("input.field-box.place-degrees", {
-    type: "number",
-    min: "-360",
-    max: "360",
-    step: "1",
-    "aria-label": t("place-sheet.heading_in_degrees"),
-  });
+  #degrees = numberField(t("place-sheet.heading_in_degrees"), { min: -360, max: 360, step: 1 }, "place-degrees");
   /** @type {Place | null} that is changed; null: a new one */
   #place = null;
   /** @type {{x: number, y: number}} [m] */

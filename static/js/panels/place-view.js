@@ -2,7 +2,7 @@
 
 import * as maps from "../net/maps-api.js";
 import { CanvasHand } from "../ui/canvas-hand.js";
-import { icon, make, onSubmit, write } from "../ui/element.js";
+import { icon, make, numberField, onSubmit, write } from "../ui/element.js";
 import { FloorView, headingOf } from "../ui/floor-view.js";
 import { degrees } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
@@ -200,11 +200,8 @@ class PlaceView extends Panel {
  * @param {string} unit
  */
 function field(name, unit) {
-  const box = make("input.field-box", {
-    type: "number",
-    step: "any",
-    "aria-label": t("place-view.name_in_value", { name, value: unit === "°" ? "degrees" : "metres" }),
-  });
+  const says = t("place-view.name_in_value", { name, value: unit === "°" ? "degrees" : "metres" });
+  const box = numberField(says, { step: "any" });
   const row = make("label.place-field", make("span.note", name), box, make("span.note", unit));
   return { row, box };
 }

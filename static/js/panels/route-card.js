@@ -1,7 +1,7 @@
 // Element <route-card>: the routes of the map, one in the making, and how the one under way goes.
 
 import { addRoute, marksOf, removeRoute, startRoute, steerRoute } from "../net/marks-api.js";
-import { iconButton, isNew, make, nameField, onSubmit, write } from "../ui/element.js";
+import { iconButton, isNew, make, nameField, numberField, onSubmit, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
 import { t } from "../ui/texts.js";
@@ -57,13 +57,7 @@ class RouteCard extends Panel {
   #loop = make("input", { type: "checkbox", onchange: () => (this.#hours.hidden = !this.#loop.checked) });
   #begins = make("input.field-box.route-wait", { type: "time", "aria-label": t("route-card.rounds_from") });
   #ends = make("input.field-box.route-wait", { type: "time", "aria-label": t("route-card.rounds_until") });
-  #every = make("input.field-box.route-wait", {
-    type: "number",
-    min: "0",
-    max: "1440",
-    value: "0",
-    "aria-label": t("route-card.minutes_between_rounds"),
-  });
+  #every = numberField(t("route-card.minutes_between_rounds"), { min: 0, max: 1440, value: 0 }, "route-wait");
   #hours = make(
     "div.row.route-acts",
     { hidden: true },
@@ -196,18 +190,13 @@ class RouteCard extends Panel {
 
   /** @param {Stop} stop @param {number} index */
   #stopRow(stop, index) {
-    const wait = make("input.field-box.route-wait", {
-      type: "number",
-      min: "0",
-      max: "3600",
-      step: "any",
-      value: String(stop.wait_s),
-      "aria-label": t("route-card.seconds_at_place", { place: stop.place }),
-    });
+    const { place } = stop;
+    const bounds = { min: 0, max: 3600, step: "any", value: stop.wait_s };
+    const wait = numberField(t("route-card.seconds_at_place", { place }), bounds, "route-wait");
     wait.addEventListener("input", () => (stop.wait_s = wait.valueAsNumber || 0));
     const action = make(
       "select.field-box",
-      { "aria-label": t("route-card.action_at_place", { place: stop.place }) },
+      { "aria-label": t("route-card.action_at_place", { place }) },
       make("option", { value: "" }, t("route-card.only_wait")),
       make("option", { value: "wait_for_continue" }, t("route-card.until_go_on")),
       make("option", { value: "come_here" }, t("route-card.come_here")),
@@ -215,21 +204,17 @@ class RouteCard extends Panel {
       make("option", { value: "take_a_picture" }, t("route-card.take_a_picture")),
       make("option", { value: "record" }, t("route-card.record")),
     );
-    const text = make("input.field-box", {
-      type: "text",
-      maxlength: "280",
-      value: stop.text ?? "",
-      hidden: stop.action !== "say",
-      "aria-label": t("route-card.words_at_place", { place: stop.place }),
-    });
+    const words = t("route-card.words_at_place", { place });
+    const more = { maxlength: "280", value: stop.text ?? "", placeholder: "" };
+    const text = nameField(words, more);
+    text.hidden = stop.action !== "say";
     text.addEventListener("input", () => (stop.text = text.value));
-    text.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
     action.value = stop.action ?? "";
     action.addEventListener("change", () => {
       stop.action = /** @type {Stop["action"]} */ (action.value || null);
       text.hidden = stop.action !== "say";
     });
-    const earlier = t("route-card.place_earlier", { place: stop.place });
+    const earlier = t("route-card.place_earlier", { place });
     const away = t("place-list.remove_name", { name: stop.place });
     const drop = () => {
       this.#made.splice(index, 1);

@@ -2,7 +2,7 @@
 
 import * as api from "../net/api.js";
 import { sure } from "../ui/confirm-button.js";
-import { make, onSubmit, svg, write } from "../ui/element.js";
+import { make, nameField, onSubmit, svg, write } from "../ui/element.js";
 import { date } from "../ui/format.js";
 import { refill } from "../ui/press.js";
 import { Sheet } from "../ui/sheet.js";
@@ -28,13 +28,7 @@ const MAY = {
 };
 
 export class SignInSheet extends Sheet {
-  #name = make("input.field-box", {
-    id: "link-name",
-    type: "text",
-    maxlength: "40",
-    placeholder: t("sign-in-sheet.tablet"),
-    autocomplete: "off",
-  });
+  #name = nameField(t("sign-in-sheet.tablet"), { id: "link-name" });
   #drives = make("input", { type: "radio", name: "link-role", value: "operator" });
   #watches = make("input", { type: "radio", name: "link-role", value: "viewer", checked: true });
   #made = make("div.row.link-made", { hidden: true });

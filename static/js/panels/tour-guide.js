@@ -1,6 +1,6 @@
 // Element <tour-guide>: ninety seconds in which the simulator shows what the robot does. Any key ends it.
 
-import { call, obeyVoices, post } from "../net/api.js";
+import { call, obeyVoices, post, send } from "../net/api.js";
 import * as room from "../net/room-api.js";
 import { isNew, make, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
@@ -242,8 +242,7 @@ class TourGuide extends Panel {
 
   /** @param {string | null} id */
   #choose(id) {
-    const headers = { "content-type": "application/json" };
-    return call("api/people/chosen", { method: "PUT", body: JSON.stringify({ id }), headers });
+    return send("api/people/chosen", "PUT", { id });
   }
 
   /** @param {number} id */

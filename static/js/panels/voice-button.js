@@ -179,7 +179,7 @@ export class VoiceButton extends Panel {
     this.#used = performance.now();
     this.session.tell("interrupt", null);
     this.#talk.open();
-    if (!(await this.#microphone.open(this.#cleaning()))) {
+    if (!(await this.#microphone.open(cleaning()))) {
       this.#held = this.#open.checked = false;
       this.#complain(this.#microphone.why);
       return;
@@ -230,19 +230,9 @@ export class VoiceButton extends Panel {
     }
   }
 
-  #cleaning() {
-    const on = (/** @type {string} */ name) => remembered(`voice.${name}`, "false") === "true";
-    return {
-      echoCancellation: on("echoCancellation"),
-      noiseSuppression: on("noiseSuppression"),
-      autoGainControl: on("autoGainControl"),
-    };
-  }
-
   /** @param {string} name @param {string} says @param {string} why */
   #cleaner(name, says, why) {
-    const box = make("input.switch", { type: "checkbox", id: `voice-${name}` });
-    box.checked = remembered(`voice.${name}`, "false") === "true";
+    const box = make("input.switch", { type: "checkbox", id: `voice-${name}`, checked: isOn(name) });
     box.addEventListener("change", () => {
       remember(`voice.${name}`, String(box.checked));
       this.#close(); // takes effect when it is opened next
@@ -323,5 +313,13 @@ export class VoiceButton extends Panel {
     this.#says.hidden = !(this.#why || words) || (elsewhere && !this.#why); // the status over the map says it
   }
 }
+
+/** Whether the browser cleans the sound that way. @param {string} name of a switch */
+const isOn = (name) => remembered(`voice.${name}`, "false") === "true";
+
+const cleaning = () =>
+  /** @type {import("../voice/microphone.js").Cleaning} */ (
+    Object.fromEntries(SWITCHES.map(([name]) => [name, isOn(name)]))
+  );
 
 customElements.define("voice-button", VoiceButton);

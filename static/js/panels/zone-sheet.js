@@ -1,22 +1,18 @@
 // Element <zone-sheet>: the name of a zone that was drawn, and what holds in it.
 
 import { addZone } from "../net/marks-api.js";
-import { make } from "../ui/element.js";
+import { make, numberField } from "../ui/element.js";
 import { NameSheet } from "../ui/name-sheet.js";
 import { t } from "../ui/texts.js";
 
 class ZoneSheet extends NameSheet {
   #keepOut = make("input", { type: "radio", name: "zone-kind", checked: true });
   #slow = make("input", { type: "radio", name: "zone-kind" });
-  #speed = make("input.field-box.place-degrees", {
-    type: "number",
-    min: "0.02",
-    max: "1",
-    step: "0.01",
-    value: "0.05",
-    disabled: true,
-    "aria-label": t("zone-sheet.speed_in_metres_a_second"),
-  });
+  #speed = numberField(
+    t("zone-sheet.speed_in_metres_a_second"),
+    { min: 0.02, max: 1, step: 0.01, value: 0.05, disabled: true },
+    "place-degrees",
+  );
   /** @type {Array<[number, number]>} [m] */
   #points = [];
 

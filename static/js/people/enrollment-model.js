@@ -1,6 +1,6 @@
 // Client model of the people page: known people, the running enrollment, and every request about them.
 
-import { call, post } from "../net/api.js";
+import { call, post, send } from "../net/api.js";
 import * as room from "../net/room-api.js";
 import { PageModel } from "../ui/page-model.js";
 import { t } from "../ui/texts.js";
@@ -113,8 +113,7 @@ export class EnrollmentModel extends PageModel {
 
   /** @param {string | null} id null: anybody */
   choose(id) {
-    const headers = { "content-type": "application/json" };
-    return this.#tried(() => call(`${ROOT}/chosen`, { method: "PUT", body: JSON.stringify({ id }), headers }));
+    return this.#tried(() => send(`${ROOT}/chosen`, "PUT", { id }));
   }
 
   /** @param {string} id @param {string} name */

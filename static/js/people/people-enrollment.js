@@ -1,7 +1,7 @@
 // Element <people-enrollment>: enrollment of a person: empty room, gestures, name.
 
 import { action, say } from "../calibration/action.js";
-import { icon, iconButton, isNew, make, mark, onSubmit, write } from "../ui/element.js";
+import { icon, iconButton, isNew, make, mark, nameField, onSubmit, write } from "../ui/element.js";
 import { takeDrops } from "../ui/file-drop.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { PagePanel } from "../ui/panel.js";
@@ -71,13 +71,7 @@ class PeopleEnrollment extends PagePanel {
   #retakeRoom = action("undo", t("people-enrollment.retake_the_empty_room"));
   #cancel = action("close", t("people-enrollment.cancel"));
   #strip = make("ul.people-strip", { "aria-label": t("people-enrollment.pictures_taken") });
-  #name = make("input.field-box", {
-    type: "text",
-    id: "people-name",
-    maxlength: "40",
-    autocomplete: "off",
-    placeholder: t("people-enrollment.your_name"),
-  });
+  #name = nameField(t("people-enrollment.your_name"), { id: "people-name" });
   #keep = make("button.button.primary.large", { type: "submit" }, t("people-enrollment.that_is_me"));
   #naming = make(
     "form.row.people-naming",
@@ -279,9 +273,7 @@ class PeopleEnrollment extends PagePanel {
    */
   #offerInhabitants(id) {
     const inhabitants = this.model.inhabitants;
-    const key = [id, ...inhabitants].join();
-    if (this.#who.dataset["offered"] === key) return inhabitants.length;
-    this.#who.dataset["offered"] = key;
+    if (!isNew(this.#who, id, inhabitants)) return inhabitants.length;
     const known = new Set(this.model.state?.people.map(({ name }) => name));
     this.#who.replaceChildren(
       ...inhabitants.map((name) => make("option", { value: name }, name)),

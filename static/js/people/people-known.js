@@ -3,7 +3,7 @@
 import { action } from "../calibration/action.js";
 import { since } from "../calibration/active-calibration.js";
 import { fetchLookingModel, looking } from "../net/api.js";
-import { iconButton, isNew, make, onSubmit, write } from "../ui/element.js";
+import { iconButton, isNew, make, nameField, onSubmit, write } from "../ui/element.js";
 import { ModelOffer } from "../ui/model-offer.js";
 import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
@@ -131,12 +131,7 @@ class PeopleKnown extends PagePanel {
 
   /** @param {Known} one */
   #rename(one) {
-    const input = make("input.field-box", {
-      type: "text",
-      maxlength: "40",
-      value: one.name,
-      "aria-label": t("people-known.name"),
-    });
+    const input = nameField(t("people-known.name"), { value: one.name });
     return this.#question(
       [input],
       t("people-known.rename"),

@@ -1,6 +1,6 @@
 // Element <settings-sheet>: the common settings, from their declarations; each is saved by itself.
 
-import { call } from "../net/api.js";
+import { call, sentenceOf as reasonOf, send } from "../net/api.js";
 import { make, mark, write } from "../ui/element.js";
 import { Sheet } from "../ui/sheet.js";
 import { inLanguage, t } from "../ui/texts.js";
@@ -112,17 +112,13 @@ export class SettingsSheet extends Sheet {
       return;
     }
     try {
-      const options = { body: JSON.stringify({ value }), headers: { "content-type": "application/json" } };
-      const { setting, sentence } = await call(`api/settings/${one.section}/${one.name}`, {
-        method: "PUT",
-        ...options,
-      });
+      const { setting, sentence } = await send(`api/settings/${one.section}/${one.name}`, "PUT", { value });
       this.#show(setting);
       say(field, sentence, false);
       this.session.announce(sentence);
       this.#warn((await call("api/settings")).restart);
     } catch (refusal) {
-      const sentence = refusal instanceof Error ? refusal.message : t("settings-sheet.that_did_not_work");
+      const sentence = reasonOf(refusal);
       say(field, sentence, true);
       this.session.announce(sentence);
     }

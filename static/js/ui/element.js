@@ -121,10 +121,27 @@ export function onSubmit(form, act) {
   });
 }
 
-/** A field for a name: what is typed there is no key of the robot's. @param {string} words that stand in it while it is empty */
-export function nameField(words) {
-  const held = { type: "text", maxlength: "40", autocomplete: "off", spellcheck: "false" };
-  const field = make("input.field-box", { ...held, placeholder: words, "aria-label": words });
+/**
+ * A field for a name: what is typed there is no key of the robot's.
+ * @param {string} words that stand in it while it is empty
+ * @param {Record<string, string>} [more] attributes; an `id` for who labels it
+ */
+export function nameField(words, more = {}) {
+  const held = { type: "text", maxlength: "40", autocomplete: "off", spellcheck: "false", placeholder: words };
+  const field = make("input.field-box", { ...held, "aria-label": "id" in more ? null : words, ...more });
   field.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
   return field;
 }
+
+/**
+ * A field for a number.
+ * @param {string} says its name
+ * @param {Record<string, string | number | boolean>} bounds min, max, step, value
+ * @param {string} [look] further classes
+ */
+export const numberField = (says, bounds, look = "") =>
+  make("input", { class: `field-box ${look}`.trim(), type: "number", "aria-label": says, ...bounds });
+
+/** A head of a card. @param {string} title @param {...Child} rest stand at its end */
+export const cardHead = (title, ...rest) =>
+  make("div.card-head", make("h2.card-title", title), rest.length > 0 && make("span.spring"), ...rest);

@@ -1,12 +1,12 @@
 // Base class of the dialogs that name something on the map and save it.
 
-import { make, onSubmit } from "./element.js";
+import { make, nameField, onSubmit } from "./element.js";
 import { Sheet } from "./sheet.js";
 import { t } from "./texts.js";
 import { TroubleLine } from "./trouble-line.js";
 
 export class NameSheet extends Sheet {
-  #name = make("input.field-box", { type: "text", maxlength: "40", autocomplete: "off" });
+  #name = nameField("", { id: "" });
   #trouble = new TroubleLine();
   #keep = make("button.button.primary", { type: "submit" }, t("place-sheet.save"));
 
@@ -23,7 +23,6 @@ export class NameSheet extends Sheet {
     form.append(this.#trouble.element, this.#keep);
     this.frame(title, form);
     onSubmit(form, () => void this.#save());
-    this.#name.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
   }
 
   /** @param {string} name that is offered */

@@ -1,6 +1,6 @@
 // What the pages of runs have in common: how far the run that is looked at is, and the list of them all.
 
-import { icon, iconButton, isNew, make, write } from "./element.js";
+import { cardHead, icon, iconButton, isNew, make, write } from "./element.js";
 import { meter } from "./meter.js";
 import { PagePanel } from "./panel.js";
 import { t } from "./texts.js";
@@ -43,8 +43,7 @@ export class RunList extends PagePanel {
 
   /** @override */
   build() {
-    const head = make("div.card-head", make("h2.card-title", this.heading));
-    this.append(make("section.card", { "aria-label": this.heading }, head, this.#rows));
+    this.append(make("section.card", { "aria-label": this.heading }, cardHead(this.heading), this.#rows));
     this.hidden = true;
   }
 

@@ -1,11 +1,11 @@
 // Base class of the dialogs over the page. Not modal: STOP stays reachable, and Escape closes and stops.
 
-import { icon, make } from "./element.js";
+import { cardHead, iconButton, make } from "./element.js";
 import { Panel } from "./panel.js";
 import { t } from "./texts.js";
 
 export class Sheet extends Panel {
-  #close = make("button.icon-button", { "aria-label": t("sheet.close"), onclick: () => this.shut() }, icon("close"));
+  #close = iconButton("close", t("sheet.close"), () => this.shut());
   /** @type {HTMLElement | null} */
   #cameFrom = null;
 
@@ -13,9 +13,7 @@ export class Sheet extends Panel {
   frame(title, ...content) {
     this.setAttribute("role", "dialog");
     this.setAttribute("aria-label", title);
-    const heading = make("h2.card-title", title);
-    const head = make("div.card-head", heading, make("span.spring"), this.#close);
-    this.append(make("div.card.sheet", head, ...content));
+    this.append(make("div.card.sheet", cardHead(title, this.#close), ...content));
     this.addEventListener("click", (event) => event.target === this && event.detail < 2 && this.#leave(event));
     addEventListener("keydown", (event) => event.key === "Escape" && this.shut());
   }
