@@ -54,14 +54,14 @@ const part = (tag) => /** @type {T} */ (document.querySelector(tag));
  */
 async function openSettings(session) {
   const { SettingsSheet } = await import("./settings/settings-sheet.js");
-  let sheet = document.querySelector("settings-sheet");
-  if (!(sheet instanceof SettingsSheet)) {
-    sheet = new SettingsSheet();
-    /** @type {import("./settings/settings-sheet.js").SettingsSheet} */ (sheet).hidden = true;
+  const known = document.querySelector("settings-sheet");
+  const sheet = known instanceof SettingsSheet ? known : new SettingsSheet();
+  if (sheet !== known) {
+    sheet.hidden = true;
     document.querySelector("sign-in-sheet")?.after(sheet);
-    /** @type {import("./settings/settings-sheet.js").SettingsSheet} */ (sheet).join(session);
+    sheet.join(session);
   }
-  /** @type {import("./settings/settings-sheet.js").SettingsSheet} */ (sheet).toggle();
+  sheet.toggle();
 }
 
 /** @param {import("./net/session.js").Session} session @param {import("./shell/shell.js").Shell} shell */
@@ -80,25 +80,21 @@ function begin(session, shell) {
   operatorInput.toTalk = (down) =>
     /** @type {import("./panels/voice-button.js").VoiceButton} */ (part("voice-button")).hold(down);
   operatorInput.toBegin = (id) => void session.pendingCommand("begin", id);
-  operatorInput.toHelp = () => {
-    operatorInput.letGo();
-    /** @type {import("./panels/key-sheet.js").KeySheet} */ (part("key-sheet")).toggle();
-  };
-  addEventListener("show-keys", () => operatorInput.toHelp());
   const gamepadSheet = /** @type {import("./panels/gamepad-sheet.js").GamepadSheet} */ (part("gamepad-sheet"));
   gamepadSheet.hold(operatorInput.gamepad);
-  addEventListener("show-gamepad", () => {
-    operatorInput.letGo();
-    gamepadSheet.toggle();
-  });
-  addEventListener("show-sign-ins", () => {
-    operatorInput.letGo();
-    /** @type {import("./panels/sign-in-sheet.js").SignInSheet} */ (part("sign-in-sheet")).toggle();
-  });
-  addEventListener("show-settings", () => {
-    operatorInput.letGo();
-    void openSettings(session);
-  });
+  operatorInput.toHelp = () => dispatchEvent(new Event("show-keys"));
+  const sheets = {
+    "show-keys": () => /** @type {import("./panels/key-sheet.js").KeySheet} */ (part("key-sheet")).toggle(),
+    "show-gamepad": () => gamepadSheet.toggle(),
+    "show-sign-ins": () =>
+      /** @type {import("./panels/sign-in-sheet.js").SignInSheet} */ (part("sign-in-sheet")).toggle(),
+    "show-settings": () => void openSettings(session),
+  };
+  for (const [event, open] of Object.entries(sheets))
+    addEventListener(event, () => {
+      operatorInput.letGo();
+      open();
+    });
   addEventListener("show-hints", () =>
     /** @type {import("./panels/coach-marks.js").CoachMarks} */ (part("coach-marks")).begin(),
   );

@@ -2,10 +2,9 @@
 
 import { icon, make, redraw, write } from "../ui/element.js";
 
-/** @param {string} drawing @param {string} words */
-export function action(drawing, words) {
-  return make("button.button", { "data-does": drawing }, icon(drawing), make("span", words));
-}
+/** @param {string} drawing @param {string} words @param {() => void} [onclick] */
+export const action = (drawing, words, onclick) =>
+  make("button.button", { "data-does": drawing, onclick }, icon(drawing), make("span", words));
 
 /** @param {HTMLButtonElement} button @param {string} words @param {string} drawing */
 export function say(button, words, drawing) {

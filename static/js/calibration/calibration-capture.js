@@ -34,13 +34,21 @@ class CalibrationCapture extends WizardStep {
   #verdict = new VerdictLine();
   #empty = new EmptyStage();
   #showDemo = action("demo", t("calibration-capture.show_me"));
-  #live = action("pause", t("calibration-capture.pause"));
-  #take = action("camera", t("calibration-capture.take_this_picture"));
-  #mark = action("pencil", t("calibration-capture.mark_the_corners"));
+  #live = action("pause", t("calibration-capture.pause"), () => this.#pause());
+  #take = action("camera", t("calibration-capture.take_this_picture"), () => void this.#takeOne());
+  #mark = action(
+    "pencil",
+    t("calibration-capture.mark_the_corners"),
+    () => this.#source?.frame && this.#marker.begin(this.#source.frame),
+  );
   #marker = new CornerMarker();
   #mirror = action("mirror", t("calibration-capture.mirror"));
-  #room = action("again", t("calibration-capture.retake_the_empty_room"));
-  #choose = action("upload", t("calibration-capture.choose_pictures"));
+  #room = action(
+    "again",
+    t("calibration-capture.retake_the_empty_room"),
+    () => void this.model.request(api.background),
+  );
+  #choose = action("upload", t("calibration-capture.choose_pictures"), () => this.#file.click());
   #review = make("button.button.large.to-review");
   #cameras = new CameraChoice();
   #file = make("input.visually-hidden", {
@@ -104,22 +112,17 @@ class CalibrationCapture extends WizardStep {
     const request = (act) => void model.request(act);
     this.#advice.skip = () => request(api.skip);
     this.#advice.amend = (counts) => void this.#amend(counts);
-    this.#live.addEventListener("click", () => this.#pause());
-    this.#take.addEventListener("click", () => void this.#takeOne());
-    this.#room.addEventListener("click", () => request(api.background));
     this.#showDemo.addEventListener("click", () => request((id) => api.showDemo(id, !model.calibration?.demo)));
     this.#review.addEventListener(
       "click",
       () => model.calibration && model.go({ at: "review", id: model.calibration.id }),
     );
-    this.#mark.addEventListener("click", () => this.#source?.frame && this.#marker.begin(this.#source.frame));
     this.#marker.marked = (picture, corners) => void this.#sendMarked(picture, corners);
     this.#mirror.addEventListener("click", () => {
       remember(`mirror.${model.calibration?.source}`, String(!this.#mirrored));
       this.draw();
     });
     this.#views.chosen = () => this.#review.click();
-    this.#choose.addEventListener("click", () => this.#file.click());
     this.#file.addEventListener("change", () => {
       this.#add(this.#file.files ?? []);
       this.#file.value = "";

@@ -24,9 +24,9 @@ class CalibrationMicrophones extends WizardStep {
     "aria-label": t("calibration-microphones.listening"),
     hidden: true,
   });
-  #listen = action("ears", t("calibration-microphones.listen_for_a_clap"));
-  #show = action("demo", t("calibration-microphones.show_me"));
-  #again = action("undo", t("calibration-microphones.start_again"));
+  #listen = action("ears", t("calibration-microphones.listen_for_a_clap"), () => void this.#clap(false));
+  #show = action("demo", t("calibration-microphones.show_me"), () => void this.#showMe());
+  #again = action("undo", t("calibration-microphones.start_again"), () => void this.#tried(() => api.perform("again")));
   #claps = make("ol.claps-list", { "aria-label": t("calibration-microphones.claps") });
   #found = make("p.claps-found");
   #remark = make("p.note");
@@ -64,9 +64,6 @@ class CalibrationMicrophones extends WizardStep {
       ),
     );
     this.#listen.classList.add("primary");
-    this.#listen.addEventListener("click", () => void this.#clap(false));
-    this.#show.addEventListener("click", () => void this.#showMe());
-    this.#again.addEventListener("click", () => void this.#tried(() => api.perform("again")));
     this.#accept.addEventListener("click", () => void this.#accepted());
     this.#undo.addEventListener("click", () => void this.#tried(() => api.perform("undo")));
   }

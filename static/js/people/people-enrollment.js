@@ -46,7 +46,7 @@ class PeopleEnrollment extends PagePanel {
   #steps = make("ol.people-steps", { "aria-label": t("people-enrollment.what_is_asked_for") });
   #verdict = make("p.people-verdict", { role: "alert" });
   #waits = make("p.inline.people-waits", { role: "status" });
-  #take = action("camera", t("people-enrollment.take_it"));
+  #take = action("camera", t("people-enrollment.take_it"), () => this.#press());
   #delay = make(
     "select.field-box",
     { "aria-label": t("people-enrollment.when"), onchange: () => remember("people.delay", this.#delay.value) },
@@ -64,11 +64,15 @@ class PeopleEnrollment extends PagePanel {
     icon("upload"),
     t("people-enrollment.choose_pictures"),
   );
-  #show = action("demo", t("people-enrollment.show_me"));
+  #show = action("demo", t("people-enrollment.show_me"), () => this.#showMe());
   #who = make("select.field-box", { "aria-label": t("people-enrollment.who_shows_themselves") });
-  #turnLeft = action("turn_left", t("people-enrollment.turn_left"));
-  #turnRight = action("turn_right", t("people-enrollment.turn_right"));
-  #retakeRoom = action("undo", t("people-enrollment.retake_the_empty_room"));
+  #turnLeft = action("turn_left", t("people-enrollment.turn_left"), () => void this.session.say("turn left", "chip"));
+  #turnRight = action(
+    "turn_right",
+    t("people-enrollment.turn_right"),
+    () => void this.session.say("turn right", "chip"),
+  );
+  #retakeRoom = action("undo", t("people-enrollment.retake_the_empty_room"), () => this.#countDown("background"));
   #cancel = action("close", t("people-enrollment.cancel"));
   #strip = make("ul.people-strip", { "aria-label": t("people-enrollment.pictures_taken") });
   #name = nameField(t("people-enrollment.your_name"), { id: "people-name" });
@@ -112,12 +116,7 @@ class PeopleEnrollment extends PagePanel {
     this.#delay.value = remembered("people.delay", "0");
     this.append(this.#intro, this.#enrollment);
     this.#begin.addEventListener("click", () => void this.model.begin());
-    this.#take.addEventListener("click", () => this.#press());
     this.#files.addEventListener("change", () => void this.#upload(this.#files.files ?? []));
-    this.#show.addEventListener("click", () => this.#showMe());
-    this.#turnLeft.addEventListener("click", () => void this.session.say("turn left", "chip"));
-    this.#turnRight.addEventListener("click", () => void this.session.say("turn right", "chip"));
-    this.#retakeRoom.addEventListener("click", () => this.#countDown("background"));
     this.#cancel.addEventListener("click", () => {
       this.#stop();
       void this.model.cancel();

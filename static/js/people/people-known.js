@@ -14,8 +14,8 @@ import { t } from "../ui/texts.js";
 /** @extends {PagePanel<EnrollmentModel>} */
 class PeopleKnown extends PagePanel {
   #rows = make("ul.known-rows");
-  #call = action("voice", t("people-known.try_it_let_them_call_come"));
-  #leave = action("close", t("people-known.send_them_away"));
+  #call = action("voice", t("people-known.try_it_let_them_call_come"), () => void this.model.call());
+  #leave = action("close", t("people-known.send_them_away"), () => void this.model.sendAway());
   #outcome = make("p.known-outcome", { role: "status" });
   #trial = make(
     "div.known-trial",
@@ -36,8 +36,6 @@ class PeopleKnown extends PagePanel {
 
   /** @override */
   build() {
-    this.#call.addEventListener("click", () => void this.model.call());
-    this.#leave.addEventListener("click", () => void this.model.sendAway());
     this.append(
       make(
         "section.card.page-card",
