@@ -87,7 +87,7 @@ class CalibrationCapture extends WizardStep {
           ),
           this.#advice,
           make(
-            "div.stage-actions",
+            "div.row.stage-actions",
             this.#showDemo,
             this.#live,
             this.#take,

@@ -222,7 +222,7 @@ function wizard(kind, drawing, name, says) {
     make("h2", { id: `about-${kind}` }, name),
     make("p.wizard-says", says),
     used,
-    make("div.wizard-buttons", start, undo, report),
+    make("div.row", start, undo, report),
     why,
   );
   return { card, used, why, start, undo, report };

@@ -48,7 +48,7 @@ class CalibrationMicrophones extends WizardStep {
           this.#advice,
           this.#progress.element,
           this.#verdict,
-          make("div.claps-buttons", this.#listen, this.#show, this.#again),
+          make("div.row.claps-buttons", this.#listen, this.#show, this.#again),
         ),
         make(
           "section.card.page-card",

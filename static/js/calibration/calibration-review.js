@@ -34,7 +34,7 @@ class CalibrationReview extends WizardStep {
     "header.card.review-head",
     make("span.review-sign", this.#sign),
     make("div.review-text", this.#title, this.#words, this.#says),
-    make("div.review-buttons", this.#accept, this.#force, this.#next, this.#more, this.#again, this.#undo),
+    make("div.row.review-buttons", this.#accept, this.#force, this.#next, this.#more, this.#again, this.#undo),
   );
   #values = new ValuesCard();
   #views = new ViewsCard();

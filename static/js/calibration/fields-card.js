@@ -15,8 +15,8 @@ const TYPICAL = 16; // canvas pixels that a typical miss is drawn long
 export class FieldsCard extends HTMLElement {
   #arrows = make("canvas.field", { role: "img" });
   #heat = make("canvas.field.heat", { role: "img" });
-  #arrowWords = make("figcaption");
-  #heatWords = make("figcaption");
+  #arrowWords = make("figcaption.note");
+  #heatWords = make("figcaption.note");
 
   connectedCallback() {
     if (this.children.length) return;

@@ -48,7 +48,7 @@ export class GainsCard extends HTMLElement {
 /** @param {string} name @param {string} says */
 function gainBar(name, says) {
   const bar = meter("div.meter.gain", { role: "meter", "aria-label": `${name}: ${says}` });
-  const word = make("span.gain-word");
+  const word = make("span.note.gain-word");
   const head = make("div.gain-head", make("span.gain-name", name), word);
   return { ...bar, word, row: make("div.gain-row", { title: says }, head, bar.element, make("span.note", says)) };
 }

@@ -42,7 +42,7 @@ class ConnectRobot extends PagePanel {
   });
   #look = make("button.button", { type: "submit" }, icon("eye"), t("connect-robot.look"));
   #open = make("button.button", { type: "submit" }, icon("play"), t("connect-robot.open"));
-  #others = make("div.connect-others", { role: "group", "aria-label": t("connect-robot.open_instead") });
+  #others = make("div.row.connect-others", { role: "group", "aria-label": t("connect-robot.open_instead") });
   #back = make("button.button.plain", icon("undo"), t("connect-robot.back_to_this_console_s_robot"));
   #status = make("p.note.connect-status", { role: "status" });
   #ask = make("button.button", { onclick: () => void this.session.lease("ask") }, t("connect-robot.ask_for_control"));
@@ -52,8 +52,8 @@ class ConnectRobot extends PagePanel {
   #question = make("div.connect-question", { role: "group", hidden: true });
   #guide = make("a.link", t("connect-robot.how_to"));
   #find = make("button.button", { onclick: () => void this.model.find() }, icon("antenna"), t("connect-robot.find"));
-  #answers = make("div.connect-others", { role: "status", hidden: true });
-  #samples = make("div.connect-others", { role: "group", "aria-label": t("connect-robot.samples") });
+  #answers = make("div.row.connect-others", { role: "status", hidden: true });
+  #samples = make("div.row.connect-others", { role: "group", "aria-label": t("connect-robot.samples") });
   /** @type {import("../net/rest.js").FoundAddresses | null} that are drawn */
   #asked = null;
   #filled = "";

@@ -103,7 +103,7 @@ class CommandChips extends Panel {
       : since === null
         ? t("command-chips.heard_nobody_yet")
         : t("command-chips.last_voice_age_ago", { age: age(since) });
-    const note = chip.querySelector(".chip-note") ?? chip.lastElementChild?.appendChild(make("span.chip-note"));
+    const note = chip.querySelector(".chip-note") ?? chip.lastElementChild?.appendChild(make("span.note.chip-note"));
     if (!note || note.textContent === says) return;
     write(note, says);
     this.#fit();

@@ -78,7 +78,7 @@ function apart(a, b) {
 function figure(name) {
   const value = make("span.figure-value", "–");
   const sigma = make("span.figure-sigma", "± –");
-  return { row: make("div.figure", make("dt", name), make("dd", value, sigma)), value, sigma };
+  return { row: make("div.figure", make("dt.note", name), make("dd", value, sigma)), value, sigma };
 }
 
 /** @param {{value: Element, sigma: Element}} row @param {string} value @param {string} sigma */
@@ -90,7 +90,7 @@ function say(row, value, sigma) {
 /** @param {string} name @param {string} says */
 function fact(name, says) {
   const value = make("dd", "–");
-  return { row: make("div.fact", { title: says }, make("dt", name), value), value };
+  return { row: make("div.fact", { title: says }, make("dt.note", name), value), value };
 }
 
 customElements.define("estimate-card", EstimateCard);

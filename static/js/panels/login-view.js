@@ -25,7 +25,7 @@ class LoginView extends Panel {
     const form = make(
       "form.card.login",
       icon("mark"),
-      make("h2", t("login-view.sign_in_to_beckon")),
+      make("h2.heading", t("login-view.sign_in_to_beckon")),
       make("p", t("login-view.beckon_printed_a_link_where_it")),
       make("label", { for: "token" }, t("login-view.token")),
       this.#box,
