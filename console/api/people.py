@@ -10,9 +10,9 @@ from console.access.roles import PICTURE, needs
 from console.api import HistoryInUse, Operator, OperatorLease, RequestBody, Who, part, problems, router, sends_file
 from console.http.problems import Problem
 from console.people.enrollment import EnrollmentState
-from console.people.jobs import UploadedPicture
 from console.people.service import EnrollmentService, PeopleState
 from console.people.store import MAX_NAME_CHARACTERS
+from console.people.worker import UploadedPicture
 
 people = router("people", 409, 503, 507)
 PeopleEnrolled = Annotated[EnrollmentService, part(EnrollmentService)]

@@ -1,6 +1,6 @@
 """Jobs of the calibration's workers (camera, laser, solver), and their answers."""
 
-from typing import Any, NotRequired, TypedDict
+from typing import Any, Generic, NotRequired, TypedDict, TypeVar
 
 import msgspec
 
@@ -34,6 +34,8 @@ from core.sensors.laser import Scan
 
 Rows = list[list[float]]
 Document = dict[str, Any]  # JSON of a file that a stranger may have written
+SolvedT = TypeVar("SolvedT")
+ReportT = TypeVar("ReportT")
 
 
 class SolvedCamera(msgspec.Struct, frozen=True, tag=True):
@@ -92,18 +94,15 @@ class SessionAnswer(msgspec.Struct, frozen=True, kw_only=True):
     room_known: bool = False  # the laser has seen the empty room
 
 
-class AcceptedCamera(msgspec.Struct, frozen=True):
-    """A camera that was accepted: as it is stored, and what is known about it."""
+class Accepted(msgspec.Struct, Generic[ReportT], frozen=True):
+    """A calibration that was accepted: as it is stored, and what is known about it."""
 
     document: CalibrationFile
-    report: CameraReport
+    report: ReportT
 
 
-class AcceptedMount(msgspec.Struct, frozen=True):
-    """A mount that was accepted: as it is stored, and what is known about it."""
-
-    document: CalibrationFile
-    report: LaserReport
+AcceptedCamera = Accepted[CameraReport]
+AcceptedMount = Accepted[LaserReport]
 
 
 class OpenCamera(Job[SessionAnswer], frozen=True):
@@ -207,20 +206,16 @@ class CameraSolutionReport(CameraReport):
     residuals: Rows  # u, v, du, dv [pixel] of seen corners, thinned
 
 
-class CameraSolution(msgspec.Struct, frozen=True):
-    """A camera that was solved: to be adopted, to be shown, to be taken away."""
+class Solution(msgspec.Struct, Generic[SolvedT, ReportT], frozen=True):
+    """A calibration that was solved: to be adopted, to be shown, to be taken away."""
 
-    solved: SolvedCamera
-    report: CameraSolutionReport
+    solved: SolvedT
+    report: ReportT
     exports: Exports
 
 
-class LaserSolution(msgspec.Struct, frozen=True):
-    """A mount that was solved: to be adopted, to be shown, to be taken away."""
-
-    solved: SolvedMount
-    report: LaserReport
-    exports: Exports
+CameraSolution = Solution[SolvedCamera, CameraSolutionReport]
+LaserSolution = Solution[SolvedMount, LaserReport]
 
 
 class ImportedCameraReport(CameraNumbers):

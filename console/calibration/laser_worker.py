@@ -145,7 +145,7 @@ class LaserWorker(SessionWorker[LaserSession]):
         ranges = np.where(scan.valid, scan.ranges, np.nan)
         mean = MeanScan(ranges=ranges, rays=unit_rays(scan.angles), sd=LIVE_SD)
         lines = find_lines(mean, foreground(mean, background), self._session.board)
-        return lines[0].beams if lines else np.empty(0, int)
+        return lines[0] if lines else np.empty(0, int)
 
     def _dots(self) -> list[tuple[float, float, float, bool]]:
         """The newest scan in the picture, by the mount as it is known: u, v [pixel], range [m], on the board."""

@@ -371,10 +371,7 @@ class MicrophoneCalibration(Part):
         if one is None:
             return None
         return ActiveOrientationRow(
-            yaw_rad=one.yaw,
-            sd_yaw_rad=one.yaw_sd,
-            mirrored=one.mirrored,
-            residual_rad=one.residual,
+            **vars(OrientationRow.of(one.orientation)),
             claps=one.claps,
             accepted_s=one.accepted_s,
             who=one.who,

@@ -1,6 +1,7 @@
 """Catalogue of the experiments, each as its own file declares it."""
 
 import asyncio
+from dataclasses import asdict
 
 import msgspec
 
@@ -8,17 +9,9 @@ from console.workers.job import Job
 from console.workers.tasks import end
 from console.workers.worker import Worker
 from core.experiments import EXPERIMENTS
+from core.experiments.about import ChapterValue
 
 BUDGET_S = 60.0  # of processor time: every algorithm is imported once
-
-
-class PrintedFigure(msgspec.Struct, frozen=True):
-    """A figure that the chapter prints."""
-
-    name: str
-    value: float
-    unit: str
-    ours: str  # keys of the result, joined by dots
 
 
 class ExperimentEntry(msgspec.Struct, frozen=True):
@@ -31,7 +24,7 @@ class ExperimentEntry(msgspec.Struct, frozen=True):
     counts: str  # what `runs` counts
     base_s: float  # [s] of processor time, and
     run_s: float  # for each run; both 0: not known
-    chapter: list[PrintedFigure]
+    chapter: tuple[ChapterValue, ...]
 
 
 class ListExperiments(Job[list[ExperimentEntry]], frozen=True):
@@ -48,11 +41,7 @@ class ExperimentsWorker:
 
 def entry(name: str) -> ExperimentEntry:
     """One experiment as it declares itself."""
-    about = EXPERIMENTS[name].about
-    chapter = [PrintedFigure(one.name, one.value, one.unit, one.ours) for one in about.chapter]
-    return ExperimentEntry(
-        name, about.title, about.reproduces, about.runs, about.counts, about.base_s, about.run_s, chapter
-    )
+    return msgspec.convert({**asdict(EXPERIMENTS[name].about), "name": name}, ExperimentEntry)
 
 
 class Catalogue:

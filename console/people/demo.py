@@ -18,6 +18,7 @@ from console.robot.supervisor import RobotSupervisor
 from console.workers.demo_runner import Demo, DemoRunner
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose
+from core.perception.people.camera_geometry import axis
 from core.robots import requests
 from core.sensors import Camera, Image
 
@@ -139,8 +140,7 @@ class DemoPerson:
     @property
     def _axis(self) -> float:
         """Bearing [rad] at which the camera looks, seen from the robot."""
-        ahead = self._camera.mounting.rotation[:, 2] if self._camera is not None else (1.0, 0.0)
-        return math.atan2(float(ahead[1]), float(ahead[0]))
+        return 0.0 if self._camera is None else axis(self._camera)
 
     def _towards(self) -> list[tuple[float, float]]:
         """Return where to stand, seen from the robot: distance [m] and bearing [rad]."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from console.people.jobs import SeenBackground, SeenPerson
+from console.people.worker import SeenBackground, SeenPerson
 from core.geometry import Pose
 from core.message import Array
 from core.perception.people.enrollment import MIN_PICTURES, PersonImage

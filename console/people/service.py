@@ -18,8 +18,8 @@ from console.http.problems import Problem
 from console.part import Part
 from console.people.demo import EnrollmentDemo
 from console.people.enrollment import MOST_PICTURES, EnrollmentSession, EnrollmentState
-from console.people.jobs import JudgePicture, LearnPerson, PersonPicture, PixelPicture, ReadBackground
 from console.people.store import CARD_VERSION, MOST_PEOPLE, PersonFile, PersonStore, StoredLooks, name_of
+from console.people.worker import JudgePicture, LearnPerson, PersonPicture, PixelPicture, ReadBackground
 from console.robot.supervisor import RobotSupervisor
 from console.workers.job import Answer, Job
 from console.workers.queue_limit import QueueLimit

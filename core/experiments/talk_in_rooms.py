@@ -26,7 +26,6 @@ class AcousticScene:
     """The sound at all microphones of all arrays from the talker, diffuse noise and a fan; power 1 each."""
 
     rt60: float  # [s]
-    distance: float  # [m]
     towards: Array  # (3,) from the arrays to the talker
     voice: Array  # (N, M)
     diffuse: Array  # (N, M)
@@ -62,7 +61,6 @@ def make_scene(
     ends = np.cumsum([len(one.positions) for one in arrays])
     return AcousticScene(
         rt60=rt60,
-        distance=float(np.linalg.norm(mouth - centre)),
         towards=towards,
         voice=_power_one(heard(dry, responses), int(PRE_ROLL * RATE_HZ)),
         diffuse=_power_one(diffuse_noise(rng, places, len(dry), RATE_HZ), 0),

@@ -48,7 +48,6 @@ class ViewQuality:
     """The judgement of a view."""
 
     sharpness: float  # [pixel] mean width of an edge
-    misplaced: Array  # (K,) numbers of the corners that lie off the smooth grid
     refusals: tuple[str, ...]  # sentences; empty: the view is fit
     warnings: tuple[str, ...]
 
@@ -85,7 +84,7 @@ def judge(grey: Array, view: BoardView, board: Board) -> ViewQuality:
             f"The pattern goes on beyond the {beyond} of the {board.name} corners: the board has more inner corners "
             "than entered. Count the points where four squares meet."
         )
-    return ViewQuality(sharpness=sharpness, misplaced=misplaced, refusals=tuple(refusals), warnings=tuple(warnings))
+    return ViewQuality(sharpness=sharpness, refusals=tuple(refusals), warnings=tuple(warnings))
 
 
 class BoardNotSeen(UnusableReading):

@@ -5,7 +5,7 @@ import numpy as np
 from core.calibration import homography
 from core.calibration.board.board import Board
 from core.calibration.camera.intrinsics import Calibration
-from core.calibration.camera.uncertainty import Sensitivity, map_of, sensitivity, view_information
+from core.calibration.camera.uncertainty import Sensitivity, sensitivity, view_information
 from core.calibration.practice import BoardPlacement, held
 from core.calibration.projection import PAPER, Poses, project, vector_of
 from core.message import Array, message
@@ -35,7 +35,6 @@ class Advice:
     corners: Array  # (N, 2) [pixel]
     rotation: Array  # (3, 3), camera_from_board
     translation: Array  # (3,) [m]
-    left: float  # predicted after this view: p95 [pixel] for the camera, share of the mount's doubt for the laser
 
 
 def advise(
@@ -65,26 +64,28 @@ def advise(
         known = known + view_information(camera, seen, board.points, PAPER, noise).sum(axis=0)
     gains = view_information(camera, poses, board.points, PAPER, noise)
     grid = sensitivity(model, PAPER, around)
-    best, covariance = choose(grid, known, gains)
-    pose = poses.take(slice(best, best + 1))
+    return advice_of(model, poses, choose(grid, known, gains), board)
+
+
+def advice_of(model: CameraModel, poses: Poses, number: int, board: Board) -> Advice:
+    """The pose of that number as the next view."""
+    pose, camera = poses.take(slice(number, number + 1)), vector_of(model)
     return Advice(
         words=describe(model, pose, board),
         outline=project(camera, pose, outline_of(board))[0],
         corners=project(camera, pose, board.points)[0],
         rotation=pose.rotations[0],
         translation=pose.translations[0],
-        left=map_of(grid, covariance).p95,
     )
 
 
-def choose(grid: Sensitivity, known: Array, gains: Array) -> tuple[int, Array]:
-    """Information so far (P, P) and of each candidate (K, P, P) → the best candidate and the covariance after it."""
+def choose(grid: Sensitivity, known: Array, gains: Array) -> int:
+    """Information so far (P, P) and of each candidate (K, P, P) → the best candidate."""
     rows = grid.by_camera[np.isfinite(grid.by_camera).all(axis=(1, 2))].reshape(-1, known.shape[0])
     weight = rows.T @ rows
     scale = 1 / np.sqrt(np.diag(known))
     covariances = np.linalg.inv((known + gains) * np.outer(scale, scale)) * np.outer(scale, scale)
-    best = int(np.argmin(np.einsum("ij,kji->k", weight, covariances)))
-    return best, covariances[best]
+    return int(np.argmin(np.einsum("ij,kji->k", weight, covariances)))
 
 
 def candidates(model: CameraModel, board: Board, seed: int = FIRST_SEED) -> Poses:

@@ -10,6 +10,7 @@ import scipy
 
 from core.calibration.files.camera_files import read_json
 from core.calibration.files.mount_files import BACK, FORWARD, matrix, rigid
+from core.calibration.files.scan_files import number_in
 from core.errors import BadInput
 from core.geometry import Transform
 
@@ -111,9 +112,9 @@ def _named(given: Sequence[str]) -> Transform:
 
 def _positional(given: Sequence[str]) -> Transform:
     """x y z yaw pitch roll, or x y z qx qy qz qw; then parent and child, and in ROS 1 the period [ms]."""
-    count = next((number for number, word in enumerate(given) if not _is_number(word)), 0)
+    count = next((number for number, word in enumerate(given) if number_in(word) is None), 0)
     after = given[count + 2 :]
-    if count not in (6, 7) or len(given) < count + 2 or len(after) > 1 or not all(map(_is_number, after)):
+    if count not in (6, 7) or len(given) < count + 2 or len(after) > 1 or None in map(number_in, after):
         raise BadInput("Expected x y z yaw pitch roll (or x y z qx qy qz qw), then the frames of laser and camera.")
     numbers = _numbers(given[:count], count)
     turn = _quaternion(numbers[3:]) if count == 7 else _turned(*reversed(numbers[3:]))
@@ -176,15 +177,8 @@ def _assembled(rotation: Any, translation: Any) -> Transform:
     return rigid(whole.tolist())
 
 
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
 def _numbers(words: Sequence[str], count: int) -> list[float]:
-    if len(words) != count or not all(_is_number(word) and np.isfinite(float(word)) for word in words):
+    numbers = [number for word in words if (number := number_in(word)) is not None and np.isfinite(number)]
+    if not len(numbers) == len(words) == count:
         raise BadInput(f"Expected {count} finite numbers, not '{' '.join(words)[:60]}'.")
-    return [float(word) for word in words]
+    return numbers

@@ -54,10 +54,12 @@ def _read_csv(path: Path) -> list[Array]:
     rows = [row for row in csv.reader(path.read_text(encoding="utf-8", errors="replace").splitlines()) if row]
     if len(rows) > MOST_POINTS:
         raise BadInput(f"{path.name} has more than {MOST_POINTS} lines; that is no scan.")
-    columns = [] if not rows or _number(rows[0][0]) is not None else [_column(name) for name in rows.pop(0)]
+    columns = [] if not rows or number_in(rows[0][0]) is not None else [_column(name) for name in rows.pop(0)]
     columns = columns or [("angle", 1.0), ("range", 1.0)]
     names = [name for name, _ in columns]
-    table = np.array([[_number(cell) for cell in row[: len(names)]] for row in rows if len(row) >= len(names)], float)
+    table = np.array(
+        [[number_in(cell) for cell in row[: len(names)]] for row in rows if len(row) >= len(names)], float
+    )
     if not len(table):
         raise BadInput(f"{path.name} holds no numbers; columns angle [rad] and range [m], or x and y [m], are read.")
     table = table * [unit for _, unit in columns]
@@ -86,7 +88,8 @@ def _column(name: str) -> tuple[str, float]:
     return names.get(word, word), unit or 1.0
 
 
-def _number(text: str) -> float | None:
+def number_in(text: str) -> float | None:
+    """A text as a number; None: it is none."""
     try:
         return float(text)
     except ValueError:
@@ -129,7 +132,7 @@ def _pcd_table(path: Path, body: bytes, names: list[str], kinds: list[str], coun
     if form == "ascii":
         rows = [line.split() for line in body.decode("ascii", "replace").splitlines()]
         x, y = names.index("x"), names.index("y")
-        points = [(_number(row[x]), _number(row[y])) for row in rows if len(row) >= len(names)]
+        points = [(number_in(row[x]), number_in(row[y])) for row in rows if len(row) >= len(names)]
         table = np.array(points, float).reshape(-1, 2)
     elif form == "binary" and len(kinds) == len(names) and set(kinds) <= set(KINDS):
         layout = np.dtype([(name, KINDS[kind]) for name, kind in zip(names, kinds, strict=True)])

@@ -43,14 +43,6 @@ class MeanScan:
     sd: float  # [m] standard deviation of an averaged range
 
 
-@message
-class BeamRun:
-    """A straight run of beams."""
-
-    beams: Array  # (K,) their numbers
-    q: Array  # (2,) [1/m]: the line is q·P = 1 in the scanning plane
-
-
 def average(scans: Array, rays: Array, noise: float | None = None) -> MeanScan:
     """Scans (K, B) [m] of a still scene, NaN = no measurement → their mean.
 
@@ -84,8 +76,10 @@ def foreground(scan: MeanScan, background: Array | None) -> Array:
     return seen & (empty - scan.ranges > max(MIN_NEARER_SDS * scan.sd, MIN_NEARER_M))
 
 
-def find_lines(scan: MeanScan, candidates: Array, board: Board) -> tuple[BeamRun, ...]:
-    """Candidate beams (B,) bool → straight runs no longer than the panel may be, those of most beams first."""
+def find_lines(scan: MeanScan, candidates: Array, board: Board) -> tuple[Array, ...]:
+    """Candidate beams (B,) bool → numbers (K,) of straight runs of beams no longer than the panel may be, those of
+    most beams first.
+    """
     rng = np.random.default_rng(DRAW_SEED)
     open_beams, found = candidates.copy(), []
     for _ in range(MAX_LINE_COUNT):
@@ -93,8 +87,8 @@ def find_lines(scan: MeanScan, candidates: Array, board: Board) -> tuple[BeamRun
         if line is None:
             break
         found.append(line)
-        open_beams[line.beams] = False
-    return tuple(sorted(found, key=lambda line: -len(line.beams)))
+        open_beams[line] = False
+    return tuple(sorted(found, key=lambda line: -len(line)))
 
 
 def select_inside(scan: MeanScan, pose: BoardPose, board: Board, found: Extrinsics) -> Array:
@@ -121,7 +115,7 @@ def select_inside(scan: MeanScan, pose: BoardPose, board: Board, found: Extrinsi
     return run if np.any(places[run, 0] < half_width) else run[:0]
 
 
-def _longest(rng: np.random.Generator, scan: MeanScan, candidates: Array, board: Board) -> BeamRun | None:
+def _longest(rng: np.random.Generator, scan: MeanScan, candidates: Array, board: Board) -> Array | None:
     """The straight run with the most beams, of many drawn through two beams each."""
     beams = np.flatnonzero(candidates)
     if len(beams) < MIN_BEAM_COUNT:
@@ -140,15 +134,15 @@ def _longest(rng: np.random.Generator, scan: MeanScan, candidates: Array, board:
     with np.errstate(divide="ignore", invalid="ignore"):
         off = np.abs(scan.ranges - 1 / (q @ scan.rays[:, :2].T))
     on = (off < max(LINE_BAND_SDS * scan.sd, LINE_BAND_M)) & candidates
-    best: BeamRun | None = None
+    best: Array | None = None
     counts = on.sum(axis=1)
     for number in np.argsort(-counts):
-        if counts[number] < MIN_BEAM_COUNT or (best is not None and counts[number] <= len(best.beams)):
+        if counts[number] < MIN_BEAM_COUNT or (best is not None and counts[number] <= len(best)):
             break  # none of the rest can be longer
         run = longest_run(np.flatnonzero(on[number]))
         length = float(np.linalg.norm(points[run[-1]] - points[run[0]])) if len(run) else 0.0
-        if len(run) >= MIN_BEAM_COUNT and length <= longest and (best is None or len(run) > len(best.beams)):
-            best = BeamRun(beams=run, q=q[number])
+        if len(run) >= MIN_BEAM_COUNT and length <= longest and (best is None or len(run) > len(best)):
+            best = run
     return best
 
 

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from core.calibration.board.board import Board
-from core.calibration.camera.guidance import Advice, clear, describe, outline_of
+from core.calibration.camera.guidance import Advice, advice_of, clear
 from core.calibration.laser.plane_pairs import Guess, PlanePair, residuals_of, stack, whitening
 from core.calibration.laser.planes import Plane, plane_of
 from core.calibration.laser.range_lines import fit_ranges
 from core.calibration.mount import Extrinsics, Mount
 from core.calibration.practice import BoardPlacement, held
-from core.calibration.projection import Poses, linearise, project, vector_of
+from core.calibration.projection import Poses, linearise, vector_of
 from core.geometry import Transform
 from core.message import Array
 from core.optics import CameraModel
@@ -56,18 +56,7 @@ def advise_pose(
         if gain is not None:
             left = float(np.sum(np.diag(np.linalg.inv(known + gain)) / mount.sds**2))
             best, best_left = (number, left) if left < best_left else (best, best_left)
-    if best is None:
-        return None
-    pose = poses.take(slice(best, best + 1))
-    camera = vector_of(model)
-    return Advice(
-        words=describe(model, pose, board),
-        outline=project(camera, pose, outline_of(board))[0],
-        corners=project(camera, pose, board.points)[0],
-        rotation=pose.rotations[0],
-        translation=pose.translations[0],
-        left=float(np.sqrt(best_left / 6)),
-    )
+    return None if best is None else advice_of(model, poses, best, board)
 
 
 def beams_on_panel(rays: Array, laser_from_board: Transform, board: Board) -> tuple[Array, Array]:

@@ -280,8 +280,8 @@ class LaserSession(BoardSession[TakenPose, LaserCalibration]):
             return LaserVerdict(kind="refused", words=words, corners=corners)
         name = f"pose {len(self.taken) + 1}"
         self.taken.append(TakenPose(LaserPose(name=name, board=pose, scan=scan, background=self.background)))
-        words = f"Counted as {name}: {len(lines[0].beams)} beams on the board."
-        return LaserVerdict(kind="counted", words=words, name=name, corners=corners, beams=lines[0].beams)
+        words = f"Counted as {name}: {len(lines[0])} beams on the board."
+        return LaserVerdict(kind="counted", words=words, name=name, corners=corners, beams=lines[0])
 
     def _same(self, plane: Plane, times: float = 1.0) -> str:
         """The name of the pose that this plane repeats, being less than `times` as new as it has to be, or ''."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from core.calibration.board.board import Board
-from core.calibration.laser.board_line import MIN_BEAM_COUNT, BeamRun, MeanScan, find_lines, foreground, select_inside
+from core.calibration.laser.board_line import MIN_BEAM_COUNT, MeanScan, find_lines, foreground, select_inside
 from core.calibration.laser.extrinsics import Freedom, solve
 from core.calibration.laser.plane_pairs import Guess, PlanePair, disagreement
 from core.calibration.laser.planes import BoardPose, Plane
@@ -103,17 +103,17 @@ def calibrate_laser(
     )
 
 
-def lines_of(pose: LaserPose, board: Board, background: Array | None) -> tuple[BeamRun, ...]:
-    """The straight runs of a scan that may be the board, the longest first."""
+def lines_of(pose: LaserPose, board: Board, background: Array | None) -> tuple[Array, ...]:
+    """The straight runs of beams of a scan that may be the board, the longest first."""
     background = background if pose.background is None else pose.background
     return find_lines(pose.scan, foreground(pose.scan, background), board)
 
 
-def nearest_line(pose: LaserPose, lines: Sequence[BeamRun], mount: Mount) -> BeamRun | None:
+def nearest_line(pose: LaserPose, lines: Sequence[Array], mount: Mount) -> Array | None:
     """The run that fits the nominal mount best, if one fits it at all."""
     if not lines:
         return None
-    pairs = [_pair(pose, line.beams, pose.scan.sd) for line in lines]
+    pairs = [_pair(pose, beams, pose.scan.sd) for beams in lines]
     nominal = Guess(mount.nominal.rotation, mount.nominal.translation)
     doubt = np.diag([FIRST_TURN**2] * 3 + [FIRST_SHIFT**2] * 3)
     chi2 = disagreement(pairs, nominal, doubt)
@@ -142,9 +142,9 @@ def _first_beams(pose: LaserPose, board: Board, background: Array | None, mount:
     lines = lines_of(pose, board, background)
     nearest = nearest_line(pose, lines, mount)
     if nearest is not None:
-        return nearest.beams
+        return nearest
     known = background is not None or pose.background is not None
-    return lines[0].beams if lines and known else np.empty(0, int)
+    return lines[0] if lines and known else np.empty(0, int)
 
 
 def _solve(

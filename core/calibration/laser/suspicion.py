@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.calibration.board.board import Board
-from core.calibration.laser.board_line import BeamRun, MeanScan
+from core.calibration.laser.board_line import MeanScan
 from core.calibration.laser.explanation import MAX_MISFIT
 from core.calibration.laser.range_lines import unit_rays
 from core.calibration.laser.solve import LaserCalibration, LaserPose, calibrate_laser, lines_of, nearest_line
@@ -118,7 +118,7 @@ def find_cause(
     return None if best is None else best[1:]
 
 
-def _boards_met(rival: Rival, poses: Sequence[LaserPose], lines: Sequence[tuple[BeamRun, ...]], mount: Mount) -> int:
+def _boards_met(rival: Rival, poses: Sequence[LaserPose], lines: Sequence[tuple[Array, ...]], mount: Mount) -> int:
     """Count the boards of a rival where a line of its scan is; the lines are those of the poses' own scans."""
     by_scan = {pose.scan.ranges.tobytes(): each for pose, each in zip(poses, lines, strict=True)}
     return sum(

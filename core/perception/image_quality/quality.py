@@ -58,27 +58,14 @@ def faults(
         )
     if done.contrast > 1 or width > BLUNT_RATIO * settings.sharp:
         raised = "contrast raised" if done.contrast > 1 else ""
+        what, advice = "blurred", "clean the lens and focus it"
         if motion.sideways and motion.turning:
-            slower = "turn more slowly or give the robot more light"
-            found.append(
-                PictureFault(
-                    label="blurred", what="blurred by turning too fast for the exposure", done=raised, advice=slower
-                )
-            )
+            what = "blurred by turning too fast for the exposure"
+            advice = "turn more slowly or give the robot more light"
         elif motion.sideways:
-            slower = "drive more slowly or give the robot more light"
-            found.append(
-                PictureFault(
-                    label="blurred",
-                    what="blurred sideways by moving too fast for the exposure",
-                    done=raised,
-                    advice=slower,
-                )
-            )
-        else:
-            found.append(
-                PictureFault(label="blurred", what="blurred", done=raised, advice="clean the lens and focus it")
-            )
+            what = "blurred sideways by moving too fast for the exposure"
+            advice = "drive more slowly or give the robot more light"
+        found.append(PictureFault(label="blurred", what=what, done=raised, advice=advice))
     if done.along > 1:
         found.append(PictureFault(label="noisy", what="noisy", done="smoothed", advice="give the robot more light"))
     return tuple(found)
@@ -119,7 +106,6 @@ class PictureQuality:
     noise: float  # [grey levels] sd
     snr: float  # [dB] of the light against the noise
     blur: Blur
-    smeared: bool  # sideways, by motion
     preparation: Preprocessing
     margin: float  # of an ordinary upright edge over what can be found; below 1 it is lost
     state: PictureState
@@ -153,7 +139,6 @@ def judge(
         noise=noise,
         snr=20 * math.log10(max(light.level, 0.1) / noise),
         blur=width,
-        smeared=smeared,
         preparation=done,
         margin=margin,
         state=state,

@@ -14,7 +14,7 @@ import numpy as np
 
 from core.geometry import Pose, wrap, wrap_all
 from core.message import Array, message
-from core.perception.people.fusion import GATE_CHI2, Ray, Sense
+from core.perception.people.fusion import GATE_CHI2, Ray, Sense, along
 from core.perception.people.legs import find_standers
 from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.voice_bearing import VoiceBearing
@@ -172,9 +172,9 @@ class _Table:
             gap = wrap_all(self._azimuths[chosen] - np.arctan2(away[:, 1], away[:, 0]))
             slopes = across / self._sds[chosen, None]
             errors = gap / self._sds[chosen]
-            along = (away / far[:, None])[known] / self._distance_sds[chosen, None][known]
+            ahead = (away / far[:, None])[known] / self._distance_sds[chosen, None][known]
             short = ((self._distances[chosen] - far) / self._distance_sds[chosen])[known]
-            step, *_ = np.linalg.lstsq(np.vstack((slopes, along)), np.concatenate((errors, short)), rcond=None)
+            step, *_ = np.linalg.lstsq(np.vstack((slopes, ahead)), np.concatenate((errors, short)), rcond=None)
             place = place + step
             if float(np.hypot(*step)) < 1e-4:
                 break
@@ -191,12 +191,8 @@ class _Table:
 
 def _proposed(coordinates: Sequence[Coordinate]) -> list[Array]:
     """The places of minimal samples: one coordinate with a distance, or two bearings that cross."""
-    places = [_at(one.ray, one.distance) for one in coordinates if one.distance is not None]
+    places = [along(one.ray, one.distance)[0] for one in coordinates if one.distance is not None]
     rays = [np.array([one.ray.x, one.ray.y, one.ray.azimuth]) for one in coordinates if one.sense != "laser"]
     pairs = list(itertools.combinations(rays, 2))
     crossings = [crossing(*pair) for pair in pairs[:: max(1, len(pairs) // MOST_PAIRS)]]
     return [*places, *(place for place in crossings if place is not None)]
-
-
-def _at(ray: Ray, distance: float) -> Array:
-    return np.array([ray.x + distance * math.cos(ray.azimuth), ray.y + distance * math.sin(ray.azimuth)])

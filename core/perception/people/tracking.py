@@ -487,19 +487,10 @@ class PersonTrack:
         """Nothing new: where they are by the prediction."""
         seen = self._seen
         assert seen is not None
-        gone = self._stamp - self.measured > 0.3
-        self._seen = TrackedPerson(
-            stamp=seen.stamp,
-            position=self._state[:2],
-            covariance=self._covariance[:2, :2],
-            velocity=self._state[2:],
-            rectangle=seen.rectangle,
-            rectangle_stamp=seen.rectangle_stamp,
-            laser=None if gone else seen.laser,
-            camera=None if gone else seen.camera,
-            sound=seen.sound,
-            used=() if gone else seen.used,
-            state="hidden" if gone else "seen",
+        if self._stamp - self.measured > 0.3:
+            seen = replace(seen, laser=None, camera=None, used=(), state="hidden")
+        self._seen = replace(
+            seen, position=self._state[:2], covariance=self._covariance[:2, :2], velocity=self._state[2:]
         )
 
     def _tell(

@@ -35,11 +35,6 @@ class Noise:
     cross: Array  # (K, M, M) mean cross spectra, x · xᴴ
     whitener: Array  # (K, M, M): after it, noise has power one and no direction
 
-    @property
-    def level(self) -> float:
-        """Mean power of a cell of one microphone."""
-        return float(np.trace(self.cross, axis1=1, axis2=2).real.mean()) / self.cross.shape[1]
-
 
 def frame_size(rate: int, settings: DirectionFindingSettings) -> int:
     """Samples of a frame: the power of two nearest to the setting."""

@@ -16,7 +16,6 @@ from core.sensors.microphones import MicrophoneArray
 STEPS_PER_SAMPLE = 4  # steps of a lag table per sample
 MAX_ROUNDS = 12
 CONVERGED_STEP_RAD = 1e-5  # a refinement step that is no longer worth making
-PEAK_RADIUS_RAD = 0.6  # grid directions farther than this from the best belong to another peak
 
 
 @message
@@ -63,7 +62,6 @@ class Peak:
     within: Array  # (D,) along the array's axes
     covariance: Array  # (D, D) of `within`, from the disagreement of the bands of the spectrum
     power: float  # of the total, -1..1
-    rival: float  # power of the best direction elsewhere, of this one's
 
 
 @lru_cache(maxsize=16)
@@ -92,12 +90,10 @@ def find_peak(
     within = grid.within[best] if not len(tried) or powers[best] >= tried.max() else seeds[int(np.argmax(tried))]
     slant = array.baselines @ axes_of(array).T / array.speed
     within, power = _climb(correlation, slant, within)
-    away = np.linalg.norm(grid.within - within, axis=1) > PEAK_RADIUS_RAD
     return Peak(
         within=within,
         covariance=_covariance(correlation, slant, within, bands),
         power=power / max(correlation.total, 1e-300),
-        rival=float(powers[away].max() / max(power, 1e-300)) if away.any() else 0.0,
     )
 
 

@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from core.geometry import rotation, wrap
 from core.message import Array, message
 from core.perception.sound.direction import Direction, tangents
 
@@ -31,7 +30,6 @@ class Voice:
     id: int
     towards: Array  # (3,) in the frame that does not turn
     covariance: Array  # (2, 2) [rad²] along (counter-clockwise, up)
-    born: float  # [s]
     heard: float  # [s] of the last hit
     hits: int
     confirmed: bool  # heard often enough, or surely enough, to be shown
@@ -46,10 +44,6 @@ class Voice:
         """[rad]."""
         level = max(math.hypot(self.towards[0], self.towards[1]), 1e-6)
         return min(math.pi / math.sqrt(3), math.sqrt(self.covariance[0, 0]) / level)
-
-    def seen_at(self, heading: float) -> float:
-        """Azimuth [rad] for a robot with this heading."""
-        return wrap(self.bearing - heading)
 
 
 class VoiceTracker:
@@ -78,7 +72,7 @@ class VoiceTracker:
         spread = BEARING_WALK_RAD**2 * passed * np.eye(2)
         kept = [one for one in self._voices if now - one.heard <= MAX_SILENCE_S]
         self._voices = [replace(one, covariance=one.covariance + spread) for one in kept]
-        heard = [_turned(one, heading) for one in directions if one.azimuth_sd <= MAX_DIRECTION_SD_RAD]
+        heard = [one.turned(heading) for one in directions if one.azimuth_sd <= MAX_DIRECTION_SD_RAD]
         self._meet(heard, now)
         self._join()
         return self.voices
@@ -104,7 +98,6 @@ class VoiceTracker:
             id=self._next,
             towards=direction.towards,
             covariance=direction.covariance,
-            born=now,
             heard=now,
             hits=1,
             confirmed=CONFIRMING_HITS <= 1 or math.sqrt(direction.covariance[0, 0]) <= SURE_SD_RAD,
@@ -117,18 +110,6 @@ class VoiceTracker:
             if all(voice.towards @ other.towards < math.cos(MIN_APART_RAD) for other in kept):
                 kept.append(voice)
         self._voices = kept
-
-
-def _turned(direction: Direction, heading: float) -> Direction:
-    """A direction from the robot's frame into the one that does not turn."""
-    turn = np.eye(3)
-    turn[:2, :2] = rotation(heading)
-    return Direction(
-        stamp=direction.stamp,
-        towards=turn @ direction.towards,
-        covariance=direction.covariance,
-        strength=direction.strength,
-    )
 
 
 def _offset(voice: Voice, towards: Array) -> Array:

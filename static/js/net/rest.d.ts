@@ -92,6 +92,14 @@ export interface ChangedSetting {
   sentence: string;
 }
 
+/** A figure that the chapter prints, and where ours stands in the result. */
+export interface ChapterValue {
+  name: string;
+  value: number;
+  unit: string;
+  ours: string;
+}
+
 /** The robot's place by the operator. */
 export interface ClaimedPlace {
   x_m: number;
@@ -206,7 +214,7 @@ export interface ExperimentEntry {
   counts: string;
   base_s: number;
   run_s: number;
-  chapter: PrintedFigure[];
+  chapter: ChapterValue[];
 }
 
 /** All experiments, and all runs. */
@@ -754,14 +762,6 @@ export interface PoseReport {
   x_m: number;
   y_m: number;
   heading_rad: number;
-}
-
-/** A figure that the chapter prints. */
-export interface PrintedFigure {
-  name: string;
-  value: number;
-  unit: string;
-  ours: string;
 }
 
 /** The figures of one place; those that are unset were not measured. */

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from console.calibration.jobs import StraightenPicture
-from console.people.jobs import LearnPerson
+from console.people.worker import LearnPerson
 from console.workers.child_process import ChildProcess
 from console.workers.job import Job, answer_decoder, answer_type, decoder, handlers_of, plain
 from console.workers.process import WORKERS, JobTable

@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Generator, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from core.perception.people.onnx.layouts import LAYOUTS, Detections, Layout, is_
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.clothes import looks_in_boxes
 from core.perception.people.pose.detector import PoseDetector
+from core.perception.people.pose.landmarks import body_around
 from core.perception.people.pose.networks import LANDMARK_SIDE, first_number
 from core.perception.people.pose.view import Viewpoint
 
@@ -116,8 +118,8 @@ def _whole(shape: list[int]) -> tuple[int, int, int, int]:
 
 # A detection of a model → head, torso and feet.
 
-FACE_ROWS, SHOULDER_ROWS, HIP_ROWS = (0, 1, 2, 3, 4), (5, 6), (11, 12)
-LEG_ROWS, ANKLE_ROWS = (13, 14, 15, 16), (15, 16)
+FACE_ROWS = (0, 1, 2, 3, 4)
+JOINT_ROWS = ((5, 6), (11, 12), (13, 14, 15, 16), (15, 16))  # shoulders, hips, legs, ankles
 HEAD_SHARE, TORSO_SHARE = 0.16, 0.5  # of the box's height, where there are no landmarks
 TORSO_LENGTH = 0.29  # statures
 
@@ -143,40 +145,11 @@ def body_of_box(box: Box, score: float) -> SeenBody:
 
 def body_of_points(box: Box, score: float, points: Array) -> SeenBody:
     """A person with COCO's 17 landmarks (17, 3): x, y [pixel] and visibility 0..1."""
-    shoulders, hips = points[list(SHOULDER_ROWS), :2].mean(axis=0), points[list(HIP_ROWS), :2].mean(axis=0)
-    length = max(float(np.hypot(*(shoulders - hips))), 1e-3)
-    face = points[list(FACE_ROWS), :2].mean(axis=0)
-    x, y = face.tolist()
-    head = (x - 0.24 * length, y - 0.34 * length, x + 0.24 * length, y + 0.28 * length)
-    middle = float(shoulders[0] + hips[0]) / 2
-    trunk, legs = points[[*SHOULDER_ROWS, *HIP_ROWS], :2], points[[*HIP_ROWS, *LEG_ROWS], :2]
-    torso = (
-        min(float(trunk[:, 0].min()) - 0.14 * length, middle - 0.26 * length),
-        float(trunk[:, 1].min()) - 0.12 * length,
-        max(float(trunk[:, 0].max()) + 0.14 * length, middle + 0.26 * length),
-        float(trunk[:, 1].max()) + 0.12 * length,
-    )
-    feet = (
-        float(legs[:, 0].min()) - 0.08 * length,
-        float(hips[1]),
-        float(legs[:, 0].max()) + 0.08 * length,
-        max(float(legs[:, 1].max()) + 0.15 * length, float(hips[1]) + 1.0),
-    )
-    seen = [
-        score * float(np.clip(points[list(group), 2], 0, 1).mean())
-        for group in (FACE_ROWS, (*SHOULDER_ROWS, *HIP_ROWS), LEG_ROWS)
-    ]
-    return SeenBody(
-        parts=(head, torso, feet),
-        likelihoods=(seen[0], seen[1], seen[2]),
-        box=box,
-        head_column=x,
-        foretold_head=float(shoulders[1] + 0.42 * (shoulders[1] - hips[1])),
-        hips_row=float(hips[1]),
-        torso_length=length,
-        legs_length=float(points[list(ANKLE_ROWS), 1].mean() - hips[1]),
-        confidence=score,
-    )
+    shoulders, hips, legs, _ = JOINT_ROWS
+    shown = np.clip(points[:, 2], 0, 1)
+    shares = [float(shown[list(group)].mean()) for group in (FACE_ROWS, (*shoulders, *hips), legs)]
+    joints = [points[list(rows), :2] for rows in JOINT_ROWS]
+    return replace(body_around(points[list(FACE_ROWS), :2].mean(axis=0), joints, shares, score, 0.15), box=box)
 
 
 MOST_BYTES = 400 * 2**20

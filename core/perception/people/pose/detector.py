@@ -134,8 +134,8 @@ def _detected(
     networks: PoseNetworks, picture: ImagePyramid, windows: Iterator[Square], distance: float | None = None
 ) -> Iterator[Candidate]:
     for window in windows:
-        for face in find_faces(networks, picture, window):
-            yield Candidate(square=face.body, distance=distance, least=LIKELY_CONFIDENCE)
+        for square in find_faces(networks, picture, window):
+            yield Candidate(square=square, distance=distance, least=LIKELY_CONFIDENCE)
 
 
 def _windows(picture: ImagePyramid, column: float) -> Iterator[Square]:

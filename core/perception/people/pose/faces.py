@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 
-from core.message import Array, message
-from core.perception.people.body import Box, overlap
+from core.message import Array
+from core.perception.people.body import overlap
 from core.perception.people.pose.landmarks import sigmoid
 from core.perception.people.pose.networks import DETECTOR_SIDE, PoseNetworks
 from core.perception.people.pose.squares import SECOND_SIDE, ImagePyramid, Square, picture_from_crop
@@ -14,15 +14,6 @@ from core.perception.people.pose.squares import SECOND_SIDE, ImagePyramid, Squar
 GRIDS = ((28, 2), (14, 2), (7, 6))  # cells a side, anchors a cell
 SURE_SCORE = 0.5  # score from which someone is there
 SAME_OVERLAP = 0.3  # overlap of the boxes of one face
-
-
-@message
-class FoundFace:
-    """A person's face."""
-
-    box: Box  # [pixel] of the picture
-    score: float  # 0..1
-    body: Square  # around the whole of them, for the landmark network
 
 
 @cache
@@ -35,8 +26,11 @@ def anchors() -> Array:
     return np.concatenate(rows)
 
 
-def find_faces(networks: PoseNetworks, picture: ImagePyramid, square: Square) -> tuple[FoundFace, ...]:
-    """Everybody in a square of the picture, surest first. Raises Unavailable without a detector."""
+def find_faces(networks: PoseNetworks, picture: ImagePyramid, square: Square) -> tuple[Square, ...]:
+    """Everybody in a square of the picture, surest first: for each the square that the landmark network looks at.
+
+    Raises Unavailable without a detector.
+    """
     rows, raw = networks.faces(picture.cut(square, DETECTOR_SIDE))
     scores = sigmoid(raw)
     sure = scores >= SURE_SCORE
@@ -47,7 +41,7 @@ def find_faces(networks: PoseNetworks, picture: ImagePyramid, square: Square) ->
     marks = points[:, [2, 3]].reshape(-1, 4)  # the hips, and the rim of the circle around the body
     kept = without_doubles(np.concatenate((corners, marks), axis=1), scores[sure])
     matrix = picture_from_crop(square, DETECTOR_SIDE)
-    return tuple(_found(row, score, matrix) for row, score in kept)
+    return tuple(_around_body(row, matrix) for row, _ in kept)
 
 
 def without_doubles(rows: Array, scores: Array) -> list[tuple[Array, float]]:
@@ -66,11 +60,9 @@ def without_doubles(rows: Array, scores: Array) -> list[tuple[Array, float]]:
     return kept
 
 
-def _found(row: Array, score: float, matrix: Array) -> FoundFace:
-    places = DETECTOR_SIDE * row.reshape(4, 2) @ matrix[:, :2].T + matrix[:, 2]
-    hips, rim = places[2], places[3]
+def _around_body(row: Array, matrix: Array) -> Square:
+    """A row of the box, the hips and the rim (8,), and the map (2, 3) to the picture."""
+    hips, rim = DETECTOR_SIDE * row[4:].reshape(2, 2) @ matrix[:, :2].T + matrix[:, 2]
     turn = math.pi / 2 - math.atan2(-(rim[1] - hips[1]), rim[0] - hips[0])
     side = SECOND_SIDE * max(float(np.hypot(*(rim - hips))), 1.0)
-    body = Square(x=float(hips[0]), y=float(hips[1]), side=side, turn=math.remainder(turn, math.tau))
-    low, high = places[:2].min(axis=0), places[:2].max(axis=0)
-    return FoundFace(box=(float(low[0]), float(low[1]), float(high[0]), float(high[1])), score=score, body=body)
+    return Square(x=float(hips[0]), y=float(hips[1]), side=side, turn=math.remainder(turn, math.tau))

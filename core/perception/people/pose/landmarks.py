@@ -1,5 +1,8 @@
 """Landmarks of a body → head, torso and feet, and how sure each is (eq. 34's K1, K2, K3)."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from core.message import Array, message
@@ -55,26 +58,39 @@ def landmarks_of(rows: Array, confidence: float, picture_from_crop: Array) -> Bo
 
 def body_of(found: BodyLandmarks) -> SeenBody:
     """Head, torso and feet around the landmarks, in torso's lengths; they may reach out of the picture."""
-    face, shoulders, hips = found.face, found.shoulders, found.hips
+    shares = [float(found.visibility[list(group)].mean()) for group in (FACE, TRUNK, LEGS)]
+    joints = tuple(found.points[list(rows)] for rows in (SHOULDERS, HIPS, LEGS, ANKLES))
+    body = body_around(found.face, joints, shares, found.confidence, 0.05)
+    limbs = _around(found.points, (0.04, 0.0, 0.04, 0.04), body.torso_length)
+    return replace(body, box=_united(_united(limbs, body.parts[0]), body.parts[1]))
+
+
+def body_around(
+    face: Array, joints: Sequence[Array], shares: Sequence[float], confidence: float, below: float
+) -> SeenBody:
+    """The same of any model: the middle of the face (2,), and shoulders, hips, legs and ankles (N, 2) each [pixel].
+
+    `shares` 0..1 of head, torso and legs that are seen; `below`: margin below the lowest landmark [torso's lengths].
+    The box is around head, torso and feet.
+    """
+    shoulders, hips = joints[0].mean(axis=0), joints[1].mean(axis=0)
     length = max(float(np.hypot(*(shoulders - hips))), 1e-3)
     head = _around(face[None], (0.24, 0.34, 0.24, 0.28), length)
-    trunk = _around(found.points[list(TRUNK)], (0.14, 0.12, 0.14, 0.12), length)
+    trunk = _around(np.concatenate(joints[:2]), (0.14, 0.12, 0.14, 0.12), length)
     middle = float(shoulders[0] + hips[0]) / 2
     torso = (min(trunk[0], middle - 0.26 * length), trunk[1], max(trunk[2], middle + 0.26 * length), trunk[3])
-    legs = _around(found.points[[*HIPS, *LEGS]], (0.08, 0.0, 0.08, 0.05), length)
+    legs = _around(np.concatenate(joints[1:3]), (0.08, 0.0, 0.08, below), length)
     feet = (legs[0], float(hips[1]), legs[2], max(legs[3], float(hips[1]) + 1.0))
-    limbs = _around(found.points, (0.04, 0.0, 0.04, 0.04), length)
-    shares = tuple(found.confidence * float(found.visibility[list(group)].mean()) for group in (FACE, TRUNK, LEGS))
     return SeenBody(
         parts=(head, torso, feet),
-        likelihoods=(shares[0], shares[1], shares[2]),
-        box=_united(_united(limbs, head), torso),
+        likelihoods=(confidence * shares[0], confidence * shares[1], confidence * shares[2]),
+        box=_united(_united(head, torso), feet),
         head_column=float(face[0]),
         foretold_head=float(shoulders[1] + 0.42 * (shoulders[1] - hips[1])),
         hips_row=float(hips[1]),
         torso_length=length,
-        legs_length=float(found.points[list(ANKLES), 1].mean() - hips[1]),
-        confidence=found.confidence,
+        legs_length=float(joints[3][:, 1].mean() - hips[1]),
+        confidence=confidence,
     )
 
 

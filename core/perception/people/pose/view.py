@@ -19,8 +19,6 @@ class Viewpoint:
     def __init__(self, camera: Camera) -> None:
         self.camera = camera
         self._to_camera = camera.mounting.inverse()
-        ahead = camera.mounting.rotation[:, 2]
-        self._axis = math.atan2(float(ahead[1]), float(ahead[0]))
 
     def pixel(self, bearing: float, distance: float, height: float) -> tuple[Array, float]:
         """A point at a bearing [rad] and distance [m] from the camera, `height` [m] above the floor → its pixel (2,),

@@ -161,7 +161,6 @@ def test_a_robot_that_turns_keeps_the_bearing():
         heading = 0.3 * number
         (voice,) = tracker.update([direction(1.0 - heading)], 0.5 * number, heading)
     assert voice.bearing == pytest.approx(1.0, abs=1e-6) and voice.id == 1
-    assert voice.seen_at(2.1) == pytest.approx(-1.1, abs=1e-6)
 
 
 def test_two_talkers_who_take_turns_keep_their_names():
