@@ -18,7 +18,8 @@ from console.messages.calibration import (
 )
 from console.workers.pictures import decode_upload, jpeg
 from core.calibration.board.board import Board
-from core.calibration.camera.session import CameraSession, CameraState, PictureVerdict
+from core.calibration.board.session import BoardVerdict
+from core.calibration.camera.session import CameraSession, CameraState
 from core.calibration.reports import camera_report, kept
 from core.errors import Refused
 from core.message import Array
@@ -77,7 +78,7 @@ class CameraWorker(SessionWorker[CameraSession]):
         report = camera_report(found)
         return jobs.AcceptedCamera(kept(found.model, board=session.board, camera=report), report)
 
-    def _looked(self, verdict: PictureVerdict, grey: Array, *, original: bool) -> jobs.SessionAnswer:
+    def _looked(self, verdict: BoardVerdict, grey: Array, *, original: bool) -> jobs.SessionAnswer:
         """`original`: the console has the picture itself, as it came."""
         size, is_counted = self._session.size, verdict.kind == "counted"
         corners = None if verdict.corners is None else points(verdict.corners)

@@ -16,12 +16,13 @@ from console.messages.calibration import (
 )
 from console.workers.pictures import jpeg
 from core.calibration.board.board import Board
+from core.calibration.board.session import BoardVerdict
 from core.calibration.files.pictures import size_words
 from core.calibration.laser.board_line import MeanScan, find_lines, foreground
 from core.calibration.laser.explanation import weak_words
 from core.calibration.laser.proof import check, dots
 from core.calibration.laser.range_lines import unit_rays
-from core.calibration.laser.session import LaserSession, LaserVerdict
+from core.calibration.laser.session import LaserSession
 from core.calibration.reports import kept, laser_report
 from core.errors import BadInput, Refused
 from core.message import Array
@@ -76,7 +77,7 @@ class LaserWorker(SessionWorker[LaserSession]):
         """Look at the empty room again."""
         self._session.forget_room()
         words = "The empty room is looked at again: step out of the laser's view."
-        return self._answer(changed=True, verdict=LaserVerdict(kind="background", words=words))
+        return self._answer(changed=True, verdict=BoardVerdict(kind="background", words=words))
 
     def refresh(self, _: jobs.RefreshSession | None = None) -> jobs.SessionAnswer:
         """All of it, as it is."""
@@ -92,7 +93,7 @@ class LaserWorker(SessionWorker[LaserSession]):
         document = kept(session.model, board=session.board, laser=found)
         return jobs.AcceptedMount(document, laser_report(found, session.names, session.board, session.model))
 
-    def _answer(self, *, changed: bool = False, verdict: LaserVerdict | None = None) -> jobs.SessionAnswer:
+    def _answer(self, *, changed: bool = False, verdict: BoardVerdict | None = None) -> jobs.SessionAnswer:
         model = self._session.model
         return jobs.SessionAnswer(
             size=(model.width, model.height),
@@ -100,7 +101,7 @@ class LaserWorker(SessionWorker[LaserSession]):
             change=self._change() if changed else None,
         )
 
-    def _verdict(self, verdict: LaserVerdict) -> CalibrationVerdict:
+    def _verdict(self, verdict: BoardVerdict) -> CalibrationVerdict:
         return CalibrationVerdict(
             kind=verdict.kind,
             words=verdict.words,

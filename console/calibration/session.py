@@ -19,36 +19,6 @@ from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose, Transform
 
-
-class SessionWriter:
-    """Lives on the event loop; the disk is waited for in threads."""
-
-    def __init__(self, folder: SessionStore) -> None:
-        self._folder = folder
-        self._turn = asyncio.Lock()
-        self._gone = False
-
-    async def save(self, encoded: Callable[[], bytes]) -> None:
-        """Replace the session's file by the `encoded` content when its turn comes. Raises OSError."""
-        async with self._turn:
-            if not self._gone:
-                raw = encoded()
-                await to_the_end(lambda: self._folder.save(raw))
-
-    async def picture(self, number: int, picture: bytes, small: bytes) -> str | None:
-        """A view's picture and its thumbnail → the file's name; None: the session is gone. Raises OSError."""
-        async with self._turn:
-            if self._gone:
-                return None
-            return await to_the_end(lambda: self._folder.save_picture(number, picture, small))
-
-    async def remove(self) -> None:
-        """Delete everything for good; later content is not written any more."""
-        self._gone = True
-        async with self._turn:
-            await to_the_end(self._folder.remove)
-
-
 PICTURE_BUDGET = 2.0  # [s] of processor time for one picture
 BUDGET_S = 10.0  # for anything else at the worker
 SOLVE_BUDGET = 60.0  # [s]
@@ -68,7 +38,8 @@ class CalibrationSession(ABC):
     ) -> None:
         self.card, self.shown = kept.card, kept.shown
         self.pictures, self.exports = kept.pictures, kept.exports
-        self.folder, self._writing = folder, SessionWriter(folder)
+        self.folder, self._writing = folder, asyncio.Lock()  # one writes on its disk
+        self._deleted = False  # nothing is written any more
         self.pose: Transform | None = None  # of the board as advised, camera_from_board
         self.stood: Pose | None = None  # by odometry, when the robot began to look at the empty room (live)
         self.solver: asyncio.Task[None] | None = None
@@ -162,13 +133,18 @@ class CalibrationSession(ABC):
     async def save(self) -> None:
         """Write all of it."""
         try:
-            await self._writing.save(self._encoded)
+            async with self._writing:
+                if not self._deleted:
+                    raw = self._encoded()
+                    await to_the_end(lambda: self.folder.save(raw))
         except OSError:
             self._tell("The calibration cannot be saved on disk now; it goes on in memory. Check the data folder.")
 
     async def remove(self) -> None:
         """Delete the session from the disk for good; waits for a write under way, and nothing is written after it."""
-        await self._writing.remove()
+        self._deleted = True
+        async with self._writing:
+            await to_the_end(self.folder.remove)
 
     def solve_soon(self, *, again: bool = False) -> None:
         """Solve in the background, when the solution does not cover the views."""
@@ -297,12 +273,15 @@ class CalibrationSession(ABC):
         if not picture:
             return
         try:
-            name = await self._writing.picture(len(self.pictures) + 1, picture, counted.small)
+            async with self._writing:
+                if self._deleted:
+                    return
+                number = len(self.pictures) + 1
+                name = await to_the_end(lambda: self.folder.save_picture(number, picture, counted.small))
         except OSError:
             self._tell("A view's picture cannot be saved on disk; its corners are kept. Check the data folder.")
             return
-        if name is not None:
-            self.pictures[counted.name] = name
+        self.pictures[counted.name] = name
 
     async def _solve(self) -> None:
         try:

@@ -254,8 +254,8 @@ class EnrollmentService(Part):
     async def choose(self, card_id: str | None) -> None:
         """Come only to this person, or to anybody. Raises Problem 404, 503."""
         async with self._turn:
-            if card_id is not None and card_id not in self.people:
-                raise Problem(404, "I know nobody of that id.")
+            if card_id is not None:
+                self._known(card_id)
             await self._written(lambda: self.person_store.choose(card_id))
             self._use(card_id)
             self._tell("info", ANYBODY if self.chosen is None else ONLY.format(self.chosen.name))
@@ -264,8 +264,7 @@ class EnrollmentService(Part):
         """Raises Problem 404, 409, 422, 503."""
         async with self._turn:
             card = self._known(card_id)
-            fresh = PersonFile(**{field: getattr(card, field) for field in PersonFile.__struct_fields__})
-            fresh.name = self._free(given, besides=card_id)
+            fresh = msgspec.structs.replace(card, name=self._free(given, besides=card_id))
             await self._written(lambda: self.person_store.keep(fresh))
             self.people[card_id] = fresh
             if self._chosen == card_id:

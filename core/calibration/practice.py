@@ -140,15 +140,8 @@ def _shades(places: Array, depth: Array, board: Board) -> Array:
     )
 
 
-def _rays(model: CameraModel) -> Array:
-    key = tuple(float(number) for number in vector_of(model))
-    return _cached_rays(model.width, model.height, key)
-
-
 @lru_cache(maxsize=2)
-def _cached_rays(width: int, height: int, key: tuple[float, ...]) -> Array:
+def _rays(model: CameraModel) -> Array:
     """Ideal normalised coordinates (H·S, W·S, 2) of the rays of every pixel."""
-    fx, fy, cx, cy, k1, k2, p1, p2, k3 = key
-    model = CameraModel(width=width, height=height, fx=fx, fy=fy, cx=cx, cy=cy, k1=k1, k2=k2, p1=p1, p2=p2, k3=k3)
-    ideal = model.undistort(all_pixels(model)).reshape(height, width, 2)
-    return cv2.resize(ideal, (width * RAYS_PER_PIXEL, height * RAYS_PER_PIXEL), interpolation=cv2.INTER_LINEAR)
+    ideal = model.undistort(all_pixels(model)).reshape(model.height, model.width, 2)
+    return cv2.resize(ideal, None, fx=RAYS_PER_PIXEL, fy=RAYS_PER_PIXEL, interpolation=cv2.INTER_LINEAR)

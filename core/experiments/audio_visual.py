@@ -30,13 +30,12 @@ from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import WheelNoise
 from core.slam.consistency import nees
 
-DEFAULT_RUNS = 4
 ABOUT = About(
     title="What eyes and ears add to the laser",
     reproduces="The abstract's claim that hearing and sight make the position better than the laser alone; it has no "
     "figures. The drives are steered by the true pose, round and round for 75 s; bearings as landmarks, off by "
     "default, are on.",
-    runs=DEFAULT_RUNS,
+    runs=4,
     seed=20,
     counts="drives in every place",
     base_s=0.0,
@@ -234,7 +233,7 @@ def plan(
     *, runs: int | None = None, seed: int = 0, settings: Settings | None = None, places: tuple[Place, ...] = PLACES
 ) -> ExperimentPlan:
     """Plan `runs` drives (2) in every place, with seeds from `seed` on; figure and table."""
-    count = runs or DEFAULT_RUNS
+    count = runs or ABOUT.runs
     work = partial(_work, places, settings or Settings(), seed, count)
     batch = RunBatch(work, count * len(places), dict[str, RowErrors | float])
     return ExperimentPlan((batch,), partial(_result, places, seed))

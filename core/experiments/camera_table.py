@@ -18,8 +18,7 @@ from core.calibration.practice import held, picture
 from core.calibration.projection import PARAMETERS
 from core.errors import Unavailable
 from core.experiments.about import About, ChapterValue
-from core.experiments.figures.figure_15 import figure_15
-from core.experiments.figures.figures_13_14 import figure_13, figure_14
+from core.experiments.figures.figures_13_15 import figure_13, figure_14, figure_15
 from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import BoardPoseFigures, ExperimentResult
 from core.files import save_all
@@ -28,7 +27,6 @@ from core.optics import TABLE_3
 
 BOARD = Board(columns=9, rows=6, square=0.03)  # the paper's squares are 30 mm; it does not count them
 VIEWS_PER_RUN = 20
-DEFAULT_RUNS = 40
 SYMBOLS = ("f_u (pixels)", "f_v (pixels)", "u_0 (pixels)", "v_0 (pixels)", "k1(r)", "k2(r)", "k1(t)", "k2(t)")
 PRINTED_SDS_3 = (1.71848, 1.57392, 1.18310, 1.82011, 0.00763, 0.01870, 0.00195, 0.00052)
 """The paper's column "standard dev.": three standard deviations."""
@@ -36,7 +34,7 @@ PRINTED_SDS_3 = (1.71848, 1.57392, 1.18310, 1.82011, 0.00763, 0.01870, 0.00195, 
 ABOUT = About(
     title="Table 3: the camera's intrinsics",
     reproduces="Table 3 and figures 13-15, from pictures of a rendered board by the chapter's camera.",
-    runs=DEFAULT_RUNS,
+    runs=40,
     counts="calibrations",
     base_s=2.4,
     run_s=1.3,
@@ -100,7 +98,7 @@ class CalibrationErrors(TypedDict):
 
 def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
     """Plan `runs` calibrations (40) from 20 rendered pictures each → the first one's table and figures over all."""
-    batch = RunBatch(partial(_work, seed), runs or DEFAULT_RUNS, CalibrationErrors)
+    batch = RunBatch(partial(_work, seed), runs or ABOUT.runs, CalibrationErrors)
     return ExperimentPlan((batch,), partial(_result, seed))
 
 

@@ -27,7 +27,6 @@ from core.settings import Settings
 
 Through = Literal["drawn", "sensors"]
 Drives = DrawnDrives | LabDrives  # by their number; the same number is always the same drive
-DEFAULT_RUNS = 40
 MOST_RUNS = 100_000  # of a seed: beyond, the next seed begins
 MAX_DRAWN_RUNS = 40  # runs drawn faintly behind the worst
 PRINTED = {"dead_reckoning": (0.2, 0.06), "ekf_slam": (0.08, 0.025)}
@@ -36,7 +35,7 @@ PRINTED = {"dead_reckoning": (0.2, 0.06), "ekf_slam": (0.08, 0.025)}
 ABOUT = About(
     title="Figure 16: dead reckoning against EKF-SLAM",
     reproduces="Figure 16: the chapter's drive; the laser's field of view, the corners' names given.",
-    runs=DEFAULT_RUNS,
+    runs=40,
     counts="drives",
     base_s=1.7,
     run_s=0.8,
@@ -133,7 +132,7 @@ def plan(
     else:
         drives = drawn_drives(settings, seed, data, noise, field, still, ids or "given")
         most = MOST_RUNS if data is None else len(frozen(data).speeds)
-    count = runs or min(DEFAULT_RUNS, most)
+    count = runs or min(ABOUT.runs, most)
     if count > most:
         raise BadInput(f"{data.name if data else 'The seed'} has {most} runs; {count} cannot be had from it.")
     batch = RunBatch(partial(outcome, drives), count, DriveOutcome)

@@ -15,7 +15,6 @@ from core.experiments.about import About
 from core.experiments.direction_of_arrival import (
     CONDITIONS,
     DEFAULT,
-    DEFAULT_UTTERANCES,
     DirectionEstimate,
     Estimator,
     EstimatorTotals,
@@ -41,7 +40,7 @@ ABOUT = About(
     title="Directions of voices, part by part",
     reproduces="Equations 34-40: what the mask, the whitening, the judgement of misfit and the tracking each gain "
     "over leaving them out. The chapter prints no figures for them.",
-    runs=DEFAULT_UTTERANCES,
+    runs=240,
     counts="utterances",
     base_s=4.0,
     run_s=0.25,
@@ -96,9 +95,7 @@ def ablated(settings: DirectionFindingSettings) -> dict[str, Estimator]:
 def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
     """Plan `runs` utterances (240) in made-up rooms."""
     work = partial(in_room, seed, estimators=ablated(DEFAULT))
-    return ExperimentPlan(
-        (RunBatch(work, scenes_for(runs or DEFAULT_UTTERANCES), RoomTrials),), partial(_result, seed)
-    )
+    return ExperimentPlan((RunBatch(work, scenes_for(runs or ABOUT.runs), RoomTrials),), partial(_result, seed))
 
 
 def _result(seed: int, out: Path | None, rooms: list[RoomTrials]) -> AblationResult:

@@ -32,14 +32,13 @@ SPEECH_S = 2.0  # of every utterance
 FIRST_REPORT_S = 0.35  # of speech after which the robot reports a direction
 WRONG = math.radians(10)  # beyond, a direction misleads
 LOST = math.pi / 2  # [rad] the mean error of a guess; counted where nothing was found
-DEFAULT_UTTERANCES = 240
 DEFAULT = DirectionFindingSettings()
 
 ABOUT = About(
     title="Directions of voices",
     reproduces="Equations 34-40 as printed and ours, on the same voices in rooms, noise and beside a fan. The "
     "chapter prints no figures for them.",
-    runs=DEFAULT_UTTERANCES,
+    runs=240,
     counts="utterances",
     base_s=4.0,
     run_s=0.08,
@@ -273,7 +272,7 @@ def _figures_by(done: Sequence[DirectionTrial], key: Callable[[DirectionTrial], 
 def plan(*, runs: int | None = None, seed: int = 0, settings: Settings | None = None) -> ExperimentPlan:
     """Plan `runs` utterances (240) in made-up rooms, with direction.json and direction.csv."""
     work = partial(in_room, seed, settings=DEFAULT if settings is None else settings.direction_finding)
-    batch = RunBatch(work, scenes_for(runs or DEFAULT_UTTERANCES), RoomTrials)
+    batch = RunBatch(work, scenes_for(runs or ABOUT.runs), RoomTrials)
     return ExperimentPlan((batch,), partial(_result, seed))
 
 

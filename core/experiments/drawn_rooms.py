@@ -17,7 +17,6 @@ from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.message import message
 
-DEFAULT_ROOMS = 50
 DRIVES_PER_ROOM = 20
 SHOWN_PERCENTILES = (10, 50, 90)
 ROOM_CONDITIONS = (FAIR_CONDITIONS[0], FAIR_CONDITIONS[3])
@@ -27,7 +26,7 @@ ABOUT = About(
     title="Figure 16 in drawn rooms",
     reproduces="Figure 16's drive among twelve corners of its own for every room; edges required in the "
     "camera's field, names hidden, moving at once, the control noise with which dead reckoning errs as in print.",
-    runs=DEFAULT_ROOMS,
+    runs=50,
     counts="rooms",
     base_s=1.0,
     run_s=9.0,
@@ -77,7 +76,7 @@ class DrawnRooms(ExperimentResult):
 def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
     """Plan `runs` rooms (50) with 20 drives in each, with the laser's reach of 4 m and of 5.6 m."""
     batches = tuple(
-        RunBatch(partial(room_errors, one, seed, DRIVES_PER_ROOM), runs or DEFAULT_ROOMS, RoomErrors)
+        RunBatch(partial(room_errors, one, seed, DRIVES_PER_ROOM), runs or ABOUT.runs, RoomErrors)
         for one in ROOM_CONDITIONS
     )
     return ExperimentPlan(batches, partial(_result, seed))

@@ -35,7 +35,6 @@ from core.recording import Ids
 from core.recording.seed_mc import CONTROLS
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 
-DEFAULT_RUNS = 40
 PAPER_ERROR_M = 0.08  # [m], the chapter's worst average error of EKF-SLAM
 FORM = EkfSettings(
     mode="paper", soft_gate=0.0, sighting_noise="corner"
@@ -98,7 +97,7 @@ ABOUT = About(
     title="Figure 16 under the chapter's own conditions",
     reproduces="Figure 16 with the camera's or the laser's field, names hidden or given, and what any estimator "
     "could reach.",
-    runs=DEFAULT_RUNS,
+    runs=40,
     counts="drives under every condition",
     base_s=0.0,
     run_s=31.0,
@@ -169,7 +168,7 @@ def plan(*, runs: int | None = None, seed: int = 0, data: Path | None = None) ->
 
     `data`: frozen draws of the room with its twelve corners, and no others. Raises BadInput.
     """
-    count = runs or DEFAULT_RUNS
+    count = runs or ABOUT.runs
     if data is not None and count > len(frozen(data).speeds):
         raise BadInput(f"{data.name} has {len(frozen(data).speeds)} runs; {count} cannot be had from it.")
     conditions = CHAPTER_CONDITIONS if data is not None else (*CHAPTER_CONDITIONS, *FURTHER, *FAIR_CONDITIONS)

@@ -46,7 +46,6 @@ from core.simulation.settings import SimulationSettings
 from core.slam.ekf_slam import EkfSettings
 from core.speech.practice_voice import practice_voice
 
-DEFAULT_RUNS = 3
 LEAST_MOST = 4  # workers that are tried at least
 PICTURE_COUNT, SCAN_COUNT, DRIVE_COUNT, SOUND_COUNT = 16, 128, 4, 16
 SCANS_TOGETHER = 16  # of one part: a scan alone takes less time than its way to a worker
@@ -56,7 +55,7 @@ ABOUT = About(
     title="What runs in parallel, and what it gains",
     reproduces="The abstract's trial of parallel computing for calibration, localization and hearing, on this "
     "computer's processors. The chapter prints no figures.",
-    runs=DEFAULT_RUNS,
+    runs=3,
     counts="measurements of every step",
     base_s=3.0,
     run_s=30.0,
@@ -217,7 +216,7 @@ def plan(*, runs: int | None = None, seed: int = 0, workers: int | None = None, 
     """Plan `runs` measurements (3) with 1, 2, 4 … `workers`, which it starts itself, here or on a cluster."""
     most = workers or max(len(os.sched_getaffinity(0)), LEAST_MOST)
     counts = tuple(sorted({most, *(2**power for power in range(most.bit_length()))}))
-    batch = RunBatch(partial(measure, seed, counts, cluster), runs or DEFAULT_RUNS, Measurement)
+    batch = RunBatch(partial(measure, seed, counts, cluster), runs or ABOUT.runs, Measurement)
     return ExperimentPlan((batch,), partial(_result, seed))
 
 

@@ -23,13 +23,11 @@ from core.experiments.table_2_trials import TRIALS
 from core.settings import Settings, as_printed
 from core.speech.synthesis import NO_VOICE, can_speak
 
-DEFAULT_RUNS = 10
-
 ABOUT = About(
     title="The chapter's forms and ours, side by side",
     reproduces="The drive of figure 16 and the commands of table 2 through the whole simulated robot, by equations "
     "14-40 as printed and by ours.",
-    runs=DEFAULT_RUNS,
+    runs=10,
     seed=3,
     counts="drives, and runs of every command, in either form",
     base_s=2.0,
@@ -64,7 +62,7 @@ def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
     """
     if not can_speak():
         raise Unavailable(NO_VOICE)
-    count = runs or DEFAULT_RUNS
+    count = runs or ABOUT.runs
     batches: list[RunBatch[Any]] = []
     for settings in COLUMNS.values():
         batches += [

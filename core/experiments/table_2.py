@@ -29,14 +29,13 @@ from core.speech.recognition.recognizer import Recognizer
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import NO_VOICE, can_speak, drawn_voice
 
-DEFAULT_RUNS = 50
 READING_SHARE = 0.2  # of a sound's duration: so long its reading takes, on every computer alike
 
 ABOUT = About(
     title="Table 2: every command, spoken and obeyed",
     reproduces="Table 2: every command by synthetic voices through microphones, direction, recognizer and wheels. "
     "The chapter names the commands and prints no rates.",
-    runs=DEFAULT_RUNS,
+    runs=50,
     seed=5,
     counts="runs of every command",
     base_s=3.0,
@@ -226,7 +225,7 @@ def plan(*, runs: int | None = None, seed: int = 0, settings: Settings | None = 
     """Plan `runs` (50) of every command, with JSON and CSV. Raises Unavailable where nothing can speak."""
     if not can_speak():
         raise Unavailable(NO_VOICE)
-    count = runs or DEFAULT_RUNS
+    count = runs or ABOUT.runs
     batch = RunBatch(partial(trial_of, seed, count, settings), count * len(TRIALS), TrialRow)
     return ExperimentPlan((batch,), partial(_result, seed, count))
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection
-from typing import ClassVar, Generic, Protocol, TypeVar
+from typing import ClassVar, Generic, Literal, Protocol, TypeVar
 
 from core.calibration.board.board import Board
 from core.calibration.camera.guidance import Advice
 from core.errors import BadInput, Refused
+from core.message import Array, message
 
 
 class TakenView(Protocol):
@@ -20,6 +21,17 @@ class TakenView(Protocol):
     def name(self) -> str:
         """Its name."""
         ...
+
+
+@message
+class BoardVerdict:
+    """The outcome of one picture or scan."""
+
+    kind: Literal["background", "nothing", "refused", "moving", "gathering", "same", "counted"]
+    words: str  # one sentence for the person
+    name: str = ""  # of the view or pose that was taken
+    corners: Array | None = None  # (N, 2) [pixel], to be drawn
+    beams: Array | None = None  # (K,) numbers of the beams taken for the board, to be highlighted
 
 
 class WizardProgress(Protocol):

@@ -30,8 +30,6 @@ SHAPE_TURNS = 3  # of solving for a board's shape and the camera by turns
 LEAST_BEND = 0.0015  # of a board's diagonal, from its lowest to its highest corner, from which it is called bent
 MAX_NOISE_RATIO = 2.0  # a part that another camera explains errs at most so many times more than the others
 MIN_VIEWS = 3  # views that determine a camera of their own
-MIXTURE_STARTS = 24  # beginnings of the mixture
-MAX_ROUNDS = 40  # of the mixture, at most
 MINORITY = 1 / 3  # share of the views up to which the others decide
 PRIOR = np.array(
     [0.3, 0.3, 0.1, 0.1, 0.3, 0.5, 0.03, 0.03]
@@ -112,7 +110,7 @@ def find_part(corners: Corners, solution: BundleSolution, size: tuple[int, int])
         noise = _noise(some, split, 0)
         odd = split.labels == 1
         if _noise(some, split, 1) <= MAX_NOISE_RATIO * noise:
-            return _significant(some, split, solution, open_views)
+            return _significant(some, split, open_views)
         open_views = open_views[~odd]
     return None
 
@@ -240,7 +238,7 @@ def _chance(amount: float, weights: Array, rest: tuple[float, int]) -> float:
     return float(scipy.special.log_ndtr(-root - np.log(along / root) / root)) if root > 1 else 0.0
 
 
-def _significant(some: Corners, split: _Split, solution: BundleSolution, open_views: Array) -> PictureGroup | None:
+def _significant(some: Corners, split: _Split, open_views: Array) -> PictureGroup | None:
     """The part, if two cameras explain much more than noise would give them."""
     pooled = bundle_adjustment.refine(
         some, BundleSolution(split.solutions[0].camera, split.solutions[0].poses), PAPER
@@ -303,52 +301,40 @@ def _split(some: Corners, solution: BundleSolution, size: tuple[int, int]) -> _S
 
 
 def _mixture(some: Corners, solution: BundleSolution) -> Array | None:
-    """(M,) 0 or 1: the parts whose own cameras lower the cost most, to second order; None where none does much."""
+    """(M,) 0 or 1: the parts whose own cameras lower the cost most, to second order; None where none does much.
+
+    Views of another camera pull its way, however their boards are held. So the views are put in order along every
+    direction of their pulls at the common camera, and parted where two cameras gain most; 1 is the smaller part.
+    """
     precision, pull = known = bundle_adjustment.equations(some, solution).of(PAPER)
     costs = _costs(some, solution)
     most = float(costs.sum())
     if not _explains(some, most, max(most - _gain_of_own_cameras(known).amount, 1e-12 * most)):
         return None  # not even a camera of its own for every view would explain that much
     noise = float(np.median(costs / np.maximum(2 * some.used.sum(axis=1) - 6, 1)))
-    scale = np.array([*solution.camera[:2], *[2 * solution.camera[2]] * 2, 1, 1, 1, 1])
-    prior = np.diag(noise / (PRIOR * scale) ** 2)
-    whole = _best_step(precision, pull, prior)
-    before = float((costs + _gains(precision, pull, whole)).sum())
-    lone = _gains(precision, pull, -np.linalg.solve(precision + prior, pull[..., None])[..., 0], own=True)
-    rng = np.random.default_rng(0)
-    begun = [np.arange(len(costs)) == number for number in np.argsort(lone)[: MIXTURE_STARTS // 2]]
-    begun += [rng.random(len(costs)) < 0.5 for _ in range(MIXTURE_STARTS // 2)]
-    tried = [_settled(precision, pull, prior, labels) for labels in begun]
-    least, labels = min(tried, key=lambda each: each[0])
-    after = float(costs.sum()) + least
-    return labels if _explains(some, before, max(after, 1e-12 * before)) else None
+    scale = PRIOR * np.array([*solution.camera[:2], *[2 * solution.camera[2]] * 2, 1, 1, 1, 1])
+    prior, whole, force = np.diag(noise / scale**2), precision.sum(axis=0), pull.sum(axis=0)
+    pulls = pull - precision @ np.linalg.solve(whole + prior, force)
+    pulls = np.linalg.solve(np.linalg.cholesky(whole + prior), pulls.T).T  # what is noise is alike in all directions
+    gain, part = 0.0, np.empty(0, int)
+    for direction in np.linalg.svd(pulls, full_matrices=False)[2]:
+        order = np.argsort(pulls @ direction)
+        first = np.cumsum(precision[order], axis=0)[:-1], np.cumsum(pull[order], axis=0)[:-1]
+        gains = _gains(first[0] + prior, first[1]) + _gains(whole - first[0] + prior, force - first[1])
+        count = int(np.argmax(gains)) + 1
+        if gains[count - 1] > gain:
+            gain, part = (
+                float(gains[count - 1]),
+                min(order[:count], order[count:], key=lambda each: (len(each), 0 in each)),
+            )
+    before = most - float(_gains(whole + prior, force))
+    labels = np.isin(np.arange(len(costs)), part).astype(int)
+    return labels if _explains(some, before, max(most - gain, 1e-12 * before)) else None
 
 
-def _settled(precision: Array, pull: Array, prior: Array, odd: Array) -> tuple[float, Array]:
-    """Assign views and solve parts in turn → the change of the cost, and (M,) 0 or 1, 1 the smaller part."""
-    change = np.zeros((2, len(pull)))
-    for _ in range(MAX_ROUNDS):
-        if odd.all() or not odd.any():
-            return 0.0, np.zeros(len(pull), int)
-        steps = [_best_step(precision[part], pull[part], prior) for part in (~odd, odd)]
-        change = np.stack([_gains(precision, pull, step) for step in steps])
-        again = change[1] < change[0]
-        if np.array_equal(again, odd):
-            break
-        odd = again
-    odd = odd if odd.sum() <= len(odd) / 2 else ~odd
-    return float(change.min(axis=0).sum()), odd.astype(int)
-
-
-def _best_step(precision: Array, pull: Array, prior: Array) -> Array:
-    return -np.linalg.solve(precision.sum(axis=0) + prior, pull.sum(axis=0))
-
-
-def _gains(precision: Array, pull: Array, step: Array, *, own: bool = False) -> Array:
-    """(M,): change of every view's cost by a step (P,) of the camera, or by its `own` step (M, P)."""
-    if own:
-        return np.einsum("mp,mpq,mq->m", step, precision, step) + 2 * np.sum(pull * step, axis=1)
-    return np.einsum("p,mpq,q->m", step, precision, step) + 2 * pull @ step
+def _gains(precision: Array, pull: Array) -> Array:
+    """(…): by how much the cost falls with the best step of the camera (…, P)."""
+    return np.sum(pull * np.linalg.solve(precision, pull[..., None])[..., 0], axis=-1)
 
 
 def _solved(some: Corners, solution: BundleSolution, labels: Array, size: tuple[int, int]) -> _Split:

@@ -5,8 +5,7 @@ from typing import Any, TypedDict, TypeGuard
 import numpy as np
 
 from core.calibration.files.camera_files import read_json
-
-PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+from core.calibration.projection import PARAMETERS
 
 
 class DroppedView(TypedDict):

@@ -14,7 +14,7 @@ from core.calibration.camera.consistency import BoardShape, PictureGroup, Variat
 from core.calibration.camera.influence import Figures
 from core.calibration.camera.suspects import accuse, odd_lines
 from core.calibration.levenberg_marquardt import FIRST_DAMPING
-from core.calibration.projection import PAPER, PARAMETERS, Poses, model_of
+from core.calibration.projection import PAPER, PARAMETERS, Poses, model_of, vector_of
 from core.errors import BadInput
 from core.message import Array, message
 from core.optics import CameraModel
@@ -87,7 +87,7 @@ class Calibration:
     @property
     def solution(self) -> BundleSolution:
         """Camera and poses as the bundle takes them."""
-        return BundleSolution(np.array([getattr(self.model, name) for name in PARAMETERS]), self.poses)
+        return BundleSolution(vector_of(self.model), self.poses)
 
     @property
     def pose_sds(self) -> Array:

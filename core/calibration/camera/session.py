@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, TypedDict
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
 from core.calibration.board.board import Board
 from core.calibration.board.chessboard import BoardView, board_by_hand, find_board
 from core.calibration.board.quality import judge, why_none
-from core.calibration.board.session import BoardSession
+from core.calibration.board.session import BoardSession, BoardVerdict
 from core.calibration.board.tracking import Explainer, Watcher
 from core.calibration.camera.guidance import Advice, advise
 from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
 from core.calibration.camera.uncertainty import UncertaintyMap, uncertainty_map
 from core.calibration.reports import target
 from core.errors import BadInput, Refused
-from core.message import Array, message
+from core.message import Array
 
 # Coverage of the picture by the views: cells, and the four measures operators know from ROS's calibrator.
 
@@ -66,9 +66,6 @@ def cells(corners: list[Array], size: tuple[int, int]) -> Array:
     return np.histogram2d(pixels[:, 1], pixels[:, 0], bins=edges)[0].astype(int)
 
 
-Kind = Literal["nothing", "refused", "moving", "same", "counted"]
-
-
 # Conditions under which a live picture is taken by itself.
 STILL_MOTION_PX = 0.5  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
 STILL_TIME_S = 0.25  # [s]
@@ -77,17 +74,6 @@ NEW_FILE_SHARE = 0.001  # the same for a picture from a file, which cannot be sh
 MIN_VIEW_COUNT = 6  # before the camera can count as calibrated
 MIN_SOLVED_VIEWS = 4  # before a solution is tried
 MAX_VIEW_COUNT = 400
-
-
-@message
-class PictureVerdict:
-    """The outcome of one picture."""
-
-    kind: Kind
-    words: str  # one sentence for the person
-    name: str = ""  # of the view that was taken
-    corners: Array | None = None  # (N, 2) [pixel], to be drawn
-    sharpness: float | None = None  # [pixel] width of an edge
 
 
 class SessionProgress(NamedTuple):
@@ -141,25 +127,25 @@ class CameraSession(BoardSession[AcceptedView, Calibration]):
         self._still_since: float | None = None
         self._explainer = Explainer(board)
 
-    def look(self, grey: Array, stamp: float) -> PictureVerdict:
+    def look(self, grey: Array, stamp: float) -> BoardVerdict:
         """A live picture (H, W) uint8 of time `stamp` [s] → its verdict; it is taken when sharp, still and new."""
         self._check_size(grey)
         view = self._watcher.look(grey)
         if view is None:
             self._still_since = None
-            return PictureVerdict(kind="nothing", words=self._explainer.why(grey, stamp))
+            return BoardVerdict(kind="nothing", words=self._explainer.why(grey, stamp))
         verdict = self._judged(grey, view)
         if verdict is not None:
             return verdict
         if self._watcher.moved > STILL_MOTION_PX:
             self._still_since = None
-            return PictureVerdict(kind="moving", words="Good view; hold it still.", corners=view.corners)
+            return BoardVerdict(kind="moving", words="Good view; hold it still.", corners=view.corners)
         self._still_since = stamp if self._still_since is None else self._still_since
         if stamp - self._still_since < self._still_for:
-            return PictureVerdict(kind="moving", words="Hold still …", corners=view.corners)
+            return BoardVerdict(kind="moving", words="Hold still …", corners=view.corners)
         return self._take(f"view {len(self.taken) + 1}", view)
 
-    def capture(self, grey: Array, name: str, extreme: Array | None = None) -> PictureVerdict:
+    def capture(self, grey: Array, name: str, extreme: Array | None = None) -> BoardVerdict:
         """A picture that was uploaded or taken on purpose → its verdict; it is taken unless unfit or known.
 
         `extreme`: its extreme corners (4, 2) [pixel], marked by hand. Raises BadInput.
@@ -167,7 +153,7 @@ class CameraSession(BoardSession[AcceptedView, Calibration]):
         self._check_size(grey)
         view = find_board(grey, self.board) if extreme is None else board_by_hand(grey, self.board, extreme)
         if view is None:
-            return PictureVerdict(kind="nothing", words=str(why_none(grey, self.board)))
+            return BoardVerdict(kind="nothing", words=str(why_none(grey, self.board)))
         return self._judged(grey, view, given=True) or self._take(name, view)
 
     @property
@@ -262,16 +248,15 @@ class CameraSession(BoardSession[AcceptedView, Calibration]):
             self._advice, self._still_since, self._watcher = None, None, Watcher(self.board)
         self.size = size
 
-    def _judged(self, grey: Array, view: BoardView, *, given: bool = False) -> PictureVerdict | None:
+    def _judged(self, grey: Array, view: BoardView, *, given: bool = False) -> BoardVerdict | None:
         """The reason against taking a view, or None; one that is `given` counts unless it is the same picture."""
         quality = judge(grey, view, self.board)
         if quality.refusals:
-            words = quality.refusals[0]
-            return PictureVerdict(kind="refused", words=words, corners=view.corners, sharpness=quality.sharpness)
+            return BoardVerdict(kind="refused", words=quality.refusals[0], corners=view.corners)
         same = self._same(view.corners, NEW_FILE_SHARE if given else NEW_VIEW_SHARE)
         if same:
             words = "every picture counts once" if given else "move on to the suggested view"
-            return PictureVerdict(kind="same", words=f"Same as {same}; {words}.", corners=view.corners)
+            return BoardVerdict(kind="same", words=f"Same as {same}; {words}.", corners=view.corners)
         return None
 
     def _same(self, corners: Array, new: float) -> str:
@@ -282,11 +267,11 @@ class CameraSession(BoardSession[AcceptedView, Calibration]):
                 return each.name
         return ""
 
-    def _take(self, name: str, view: BoardView) -> PictureVerdict:
+    def _take(self, name: str, view: BoardView) -> BoardVerdict:
         if len(self.taken) >= MAX_VIEW_COUNT:
             raise Refused(f"{len(self.taken)} views are more than enough; drop some or start again.")
         known = {each.name for each in self.taken}
         unique = next(each for each in (name, *(f"{name} ({n})" for n in range(2, 9999))) if each not in known)
         self.taken.append(AcceptedView(unique, view.corners))
         self._advice, self._still_since = None, None
-        return PictureVerdict(kind="counted", words=f"Counted as {unique}.", name=unique, corners=view.corners)
+        return BoardVerdict(kind="counted", words=f"Counted as {unique}.", name=unique, corners=view.corners)

@@ -1,13 +1,13 @@
 """The laser's wizard without a screen: the empty room first, then still poses of the board that both sensors see."""
 
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from core.calibration.board.board import Board
 from core.calibration.board.quality import judge
-from core.calibration.board.session import BoardSession
+from core.calibration.board.session import BoardSession, BoardVerdict
 from core.calibration.board.tracking import Explainer, Watcher
 from core.calibration.camera.guidance import Advice
 from core.calibration.laser import suspicion
@@ -21,7 +21,7 @@ from core.calibration.laser.solve import LaserCalibration, LaserPose, calibrate_
 from core.calibration.mount import NAMES, Mount
 from core.calibration.projection import Poses
 from core.errors import BadInput
-from core.message import Array, message
+from core.message import Array
 from core.optics import CameraModel
 from core.sensors.laser import Scan
 
@@ -84,8 +84,6 @@ def progress_of(
     return LaserProgress(poses, precision, sentences, laser_offset_words(offsets), ready, words, found.from_ruler)
 
 
-Kind = Literal["background", "nothing", "refused", "moving", "gathering", "same", "counted"]
-
 ADVISED_NEWNESS = 1.5  # times as new as a pose has to be are the poses that are advised: hands miss
 RANGE_SD = 0.007  # [m] of an averaged range, until it has been measured
 
@@ -102,17 +100,6 @@ MIN_POSE_COUNT = 10
 MIN_SOLVED_POSES = 4
 MIN_SUSPECTED_POSES = 6  # poses that are enough to suspect the scans themselves
 MAX_LANDING_PX = 3.0  # [pixel] within which a laser point at 1 m has to land (95 %)
-
-
-@message
-class LaserVerdict:
-    """The outcome of one picture or scan."""
-
-    kind: Kind
-    words: str
-    name: str = ""
-    corners: Array | None = None  # (N, 2) [pixel], to be drawn
-    beams: Array | None = None  # (K,) numbers of the beams taken for the board, to be highlighted
 
 
 @dataclass
@@ -144,7 +131,7 @@ class LaserSession(BoardSession[TakenPose, LaserCalibration]):
         self._corners: list[Array] = []  # (N, 2) [pixel] each, in every picture since gathering began
         self._blind = 0  # scans since the last picture
 
-    def sweep(self, scan: Scan) -> LaserVerdict | None:
+    def sweep(self, scan: Scan) -> BoardVerdict | None:
         """One scan → a verdict where it completes something: first the background, then every still pose."""
         ranges = np.where(scan.valid, scan.ranges, np.nan)
         if len(self._rays) not in (0, len(ranges)):
@@ -158,42 +145,42 @@ class LaserSession(BoardSession[TakenPose, LaserCalibration]):
         self._blind += 1
         if self._blind > MAX_BLIND_SCANS:
             self._forget()
-            return LaserVerdict(kind="nothing", words="No pictures arrive; is the camera running?")
+            return BoardVerdict(kind="nothing", words="No pictures arrive; is the camera running?")
         self._scans.append(ranges)
         if len(self._scans) < POSE_SCANS:
             words = f"Hold still: {len(self._scans)} of {POSE_SCANS} scans."
-            return LaserVerdict(kind="gathering", words=words, corners=self._watcher.corners)
+            return BoardVerdict(kind="gathering", words=words, corners=self._watcher.corners)
         return self._take()
 
-    def look(self, grey: Array, stamp: float = 0.0) -> LaserVerdict:
+    def look(self, grey: Array, stamp: float = 0.0) -> BoardVerdict:
         """One picture (H, W) uint8 of time `stamp` [s] → its verdict. The board is still while scans are gathered."""
         if self.background is None:
             words = f"Looking at the empty room: keep out of it. {len(self._scans)} of {EMPTY_ROOM_SCANS} scans."
-            return LaserVerdict(kind="background", words=words)
+            return BoardVerdict(kind="background", words=words)
         view = self._watcher.look(grey)
         self._blind = 0
         if view is None:
             self._forget()
-            return LaserVerdict(kind="nothing", words=self._explainer.why(grey, stamp))
+            return BoardVerdict(kind="nothing", words=self._explainer.why(grey, stamp))
         start = self._corners[0] if self._corners else None
         wandered = self._watcher.apart(view.corners, start, grey.shape[1]) > MAX_DRIFT_PX
         if self._watcher.moved > STILL_MOTION_PX or (self._seen is not None and wandered):
             self._forget()
-            return LaserVerdict(kind="moving", words="Hold the board still.", corners=view.corners)
+            return BoardVerdict(kind="moving", words="Hold the board still.", corners=view.corners)
         if self._seen is not None:
             self._corners.append(view.corners)
             words = f"Hold still: {len(self._scans)} of {POSE_SCANS} scans."
-            return LaserVerdict(kind="gathering", words=words, corners=view.corners)
+            return BoardVerdict(kind="gathering", words=words, corners=view.corners)
         refusals = judge(grey, view, self.board).refusals
         if refusals:
-            return LaserVerdict(kind="refused", words=refusals[0], corners=view.corners)
+            return BoardVerdict(kind="refused", words=refusals[0], corners=view.corners)
         pose = board_pose(self.model, self.board, view.corners)
         same = self._same(pose.plane)
         if same:
             words = f"Same as {same}; tilt or move the board."
-            return LaserVerdict(kind="same", words=words, corners=view.corners)
+            return BoardVerdict(kind="same", words=words, corners=view.corners)
         self._seen, self._corners, self._scans = pose, [view.corners], []
-        return LaserVerdict(kind="gathering", words="Hold still …", corners=view.corners)
+        return BoardVerdict(kind="gathering", words="Hold still …", corners=view.corners)
 
     def forget_room(self) -> None:
         """Scan the empty room again: the laser was moved, or a person was in the room. Poses keep their own room."""
@@ -257,15 +244,15 @@ class LaserSession(BoardSession[TakenPose, LaserCalibration]):
             room_known=self.background is not None,
         )
 
-    def _empty_room(self) -> LaserVerdict:
+    def _empty_room(self) -> BoardVerdict:
         count, wanted = len(self._scans), EMPTY_ROOM_SCANS
         if count < wanted:
             words = f"Looking at the empty room: keep out of it. {count} of {wanted} scans."
-            return LaserVerdict(kind="background", words=words)
+            return BoardVerdict(kind="background", words=words)
         self.background, self._scans = average(np.array(self._scans), self._rays).ranges, []
-        return LaserVerdict(kind="background", words="The empty room is known. Now show the board.")
+        return BoardVerdict(kind="background", words="The empty room is known. Now show the board.")
 
-    def _take(self) -> LaserVerdict:
+    def _take(self) -> BoardVerdict:
         """Enough scans of a still board: find it among the beams that end before the empty room.
 
         Scans and pictures are both averaged over the same time, so that a hand that sways a little does no harm.
@@ -277,11 +264,11 @@ class LaserSession(BoardSession[TakenPose, LaserCalibration]):
         lines = find_lines(scan, foreground(scan, self.background), self.board)
         if not lines:
             words = "The laser does not meet the board: hold it at the laser's height, nearer, away from walls."
-            return LaserVerdict(kind="refused", words=words, corners=corners)
+            return BoardVerdict(kind="refused", words=words, corners=corners)
         name = f"pose {len(self.taken) + 1}"
         self.taken.append(TakenPose(LaserPose(name=name, board=pose, scan=scan, background=self.background)))
         words = f"Counted as {name}: {len(lines[0])} beams on the board."
-        return LaserVerdict(kind="counted", words=words, name=name, corners=corners, beams=lines[0])
+        return BoardVerdict(kind="counted", words=words, name=name, corners=corners, beams=lines[0])
 
     def _same(self, plane: Plane, times: float = 1.0) -> str:
         """The name of the pose that this plane repeats, being less than `times` as new as it has to be, or ''."""

@@ -26,7 +26,7 @@ from console.calibration.laser_state import LaserState, StoredPose, resumed
 from console.calibration.laser_worker import LaserWorker
 from console.calibration.solver_worker import SolverWorker
 from console.messages.calibration import CalibrationBoard, CalibrationVerdict
-from console.workers.job import decoder, plain
+from console.workers.job import Job, answer_type, decoder, plain
 from core.calibration.board.board import Board
 from core.calibration.files.mount_files import read_mount
 from core.calibration.mount import Mount
@@ -50,12 +50,12 @@ def opening(state: bytes = b"null", solved: SolvedViews | None = None) -> OpenLa
 
 def solution(state: bytes) -> LaserSolution:
     job = SolveLaser(SHOWN, state, TABLE_3, Mount())
-    return crossed(SolverWorker().solve_laser(job))
+    return crossed(SolverWorker().solve_laser(job), job)
 
 
-def crossed(answer: T) -> T:
-    """An answer as the console decodes it."""
-    return decoder(type(answer)).decode(msgspec.msgpack.encode(answer, enc_hook=plain))
+def crossed(answer: T, job: Job[T]) -> T:
+    """The answer to a job as the console decodes it."""
+    return decoder(answer_type(type(job))).decode(msgspec.msgpack.encode(answer, enc_hook=plain))
 
 
 class Assistant:
@@ -79,7 +79,8 @@ class Assistant:
             range_min=0.02,
             range_max=5.6,
         )
-        return crossed(self.worker.sweep(SweepScan(scan)))
+        job = SweepScan(scan)
+        return crossed(self.worker.sweep(job), job)
 
     @property
     def change(self) -> SessionChange:
@@ -128,7 +129,8 @@ def test_still_poses_are_counted_and_solved_into_a_mount_that_can_be_accepted(he
     assert not answer.stale
     assert len(answer.views) == kinds.count("counted") == told.report["poses_used"]
     assert set(told.exports) == {"json", "urdf", "static_transform", "matrix"}
-    kept = crossed(held.worker.accept(AcceptMount(force=True)))
+    accept = AcceptMount(force=True)
+    kept = crossed(held.worker.accept(accept), accept)
     mount = read_mount(kept.document["extrinsics"])
     assert np.linalg.norm(mount.translation) < 0.02
     tries = 0

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from core.calibration.board.board import Board
+from core.calibration.board.session import BoardVerdict
 from core.calibration.laser import session as laser_session
 from core.calibration.laser.proof import check, dots
-from core.calibration.laser.session import POSE_SCANS, LaserSession, LaserVerdict
+from core.calibration.laser.session import POSE_SCANS, LaserSession
 from core.calibration.laser.solve import calibrate_laser
 from core.calibration.mount import Mount
 from core.calibration.practice import picture, visible
@@ -27,7 +28,7 @@ def scan_of(room: PracticeRoom, ranges: Array) -> Scan:
     return Scan(stamp=0.0, ranges=ranges, angle_min=room.laser.angle_min, angle_step=room.laser.angle_step)
 
 
-def shown(session: LaserSession, room: PracticeRoom, pose: Poses) -> LaserVerdict | None:
+def shown(session: LaserSession, room: PracticeRoom, pose: Poses) -> BoardVerdict | None:
     """Hold one pose still until something comes of it."""
     shots = room.shots(1, 25, poses=pose)
     if not shots:
