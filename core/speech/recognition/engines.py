@@ -10,7 +10,7 @@ from typing import Any
 from core.errors import BadInput, Unavailable
 from core.install import install_extra
 from core.models import MODEL, MODELS, checked_folder, find
-from core.speech.recognition.recognizer import Dictation, KeywordSpotter, Recognizer
+from core.speech.recognition.recognizer import Dictation, KeywordSpotter, NameOpinion, Recognizer
 from core.speech.settings import SpeechSettings
 from core.speech.understanding.grammar import OwnPhrases
 from core.speech.understanding.own_phrases import own_phrases
@@ -122,9 +122,12 @@ def model_folder(settings: SpeechSettings) -> Path:
     return checked_folder(found, MODEL)
 
 
-def _model_and_phrases(settings: SpeechSettings) -> tuple[Path, OwnPhrases]:
-    """Return the folder and phrases from which Whisper is made. Raises Unavailable, BadInput."""
-    return model_folder(settings), own_phrases(settings.phrases)
+def _given_to_whisper(settings: SpeechSettings) -> tuple[Path, OwnPhrases, NameOpinion | None]:
+    """Return the folder and phrases from which Whisper is made, and who else is asked about names: pocketsphinx where
+    it is installed. Raises Unavailable, BadInput.
+    """
+    names = _class("sphinx.name_opinion:SphinxNameOpinion")(settings) if has_sphinx() else None
+    return model_folder(settings), own_phrases(settings.phrases), names
 
 
 def _whole_settings(settings: SpeechSettings) -> tuple[SpeechSettings]:
@@ -146,7 +149,7 @@ ENGINES = {
         recognizer="whisper.recognizer:WhisperRecognizer",
         dictation="whisper.recognizer:WhisperRecognizer",
         writes_any_words=True,
-        given=_model_and_phrases,
+        given=_given_to_whisper,
     ),
     "sphinx": EngineSpec(
         name="sphinx",

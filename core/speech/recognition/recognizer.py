@@ -53,6 +53,20 @@ class LearnsPhrases(Protocol):
         ...
 
 
+class NameOpinion(Protocol):
+    """Another engine's opinion about names, by the sound alone."""
+
+    def learn(self, own: OwnPhrases) -> None:
+        """Know the names in these phrases, and no others."""
+        ...
+
+    def weigh(self, utterance: Utterance, also: str = "") -> dict[str, float]:
+        """The names that fit an utterance best, and `also`, by the words of their commands → by how much [nats] each
+        fits better than any sounds of speech. A name that this engine does not know is missing.
+        """
+        ...
+
+
 class Dictation(Protocol):
     """The words of one engine, whether they are a command or not."""
 

@@ -51,7 +51,7 @@ def keyword_decoder(word: str, phones: str, threshold: float, delay: int) -> Any
 def grammar_decoder(jsgf: str, **options: Any) -> Any:
     """A decoder that hears sentences of the grammar, which may use PHONE_WORD. Raises Unavailable."""
     made = decoder(**options)
-    phones = phones_of(read_dictionary(_file("cmudict-en-us.dict")))
+    phones = phones_of(read_dictionary(dictionary_file()))
     also = {word: sounds for spec in VOCABULARY for word, sounds in spec.pronunciations.items()}
     for word, sounds in also.items():
         made.add_word(f"{word}(2)", sounds, False)
@@ -81,11 +81,16 @@ def garbage_words(count: int, resembling: int) -> tuple[str, ...]:
     `resembling` that one can.
     """
     sphinx = _package()
-    dictionary = read_dictionary(_file("cmudict-en-us.dict"))
+    dictionary = read_dictionary(dictionary_file())
     any_decoder = decoder()
     model = sphinx.NGramModel(any_decoder.config, any_decoder.logmath, str(_file("en-us.lm.bin")))
     phones = tuple(PHONE_WORD.format(phone.lower()) for phone in phones_of(dictionary))
     return phones + choose(dictionary, lambda word: model.prob([word]), count, resembling)
+
+
+def dictionary_file() -> Path:
+    """The pronouncing dictionary. Raises Unavailable."""
+    return _file("cmudict-en-us.dict")
 
 
 def _package() -> Any:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from core.message import Array
-from core.speech.whisper.transformer import Decoder
+from core.speech.whisper.transformer import Decoder, Decoding
 
 
 def by_chance(
@@ -18,7 +18,11 @@ def by_chance(
     `texts`: columns of the decoder, each at least one; `begin` and `end`: those around every text; `first`: how many
     columns are written at all, None: all.
     """
-    decoding = decoder.begin(np.zeros((1, decoder.embeddings.shape[1]), np.float32), first)
+    return written(decoder.begin(np.zeros((1, decoder.embeddings.shape[1]), np.float32), first), begin, end, texts)
+
+
+def written(decoding: Decoding, begin: tuple[int, ...], end: int, texts: Sequence[Sequence[int]]) -> Array:
+    """The same behind `begin` for what a decoding has heard, (N,)."""
     scores = decoding.prefill(begin)
     rows = list(range(len(texts)))
     nats = np.zeros(len(texts))

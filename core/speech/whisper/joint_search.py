@@ -5,13 +5,13 @@ In little sound Whisper likes to write a sentence again and again: such rows are
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from core.message import Array, message
-from core.speech.whisper.chance import by_chance
+from core.speech.whisper.chance import by_chance, written
 from core.speech.whisper.spellings import Spellings, State
 from core.speech.whisper.tokenizer import Tokenizer
 from core.speech.whisper.transformer import Decoder
@@ -129,6 +129,11 @@ class JointSearch:
         """Return how likely [nats] texts that were found are written without any sound, (N,)."""
         columns = self._columns
         return by_chance(self._decoder, columns.begin, columns.end, [text.columns for text in texts])
+
+    def written(self, heard: Array, begun: tuple[int, ...], texts: Sequence[tuple[int, ...]]) -> Array:
+        """Return how likely [nats] texts of these columns follow in what the encoder heard (T, width), (N,)."""
+        columns = self._columns
+        return written(self._decoder.begin(heard), (*columns.begin, *begun), columns.end, texts)
 
     def attention(self, heard: Array, text: ScoredText) -> Array:
         """Attention (W, T) to what the encoder heard (T, width), while a text is written that was found in it.

@@ -43,11 +43,11 @@ from core.speech.recognition.decision import (
     not_a_command,
     stop,
 )
-from core.speech.recognition.recognizer import Utterance
+from core.speech.recognition.recognizer import NameOpinion, Utterance
 from core.speech.settings import RATE_HZ
 from core.speech.understanding.grammar import OwnPhrases, Refusal, faithful, parse, says_stop, slips
 from core.speech.understanding.numbers import number_words
-from core.speech.understanding.place_names import names_alike
+from core.speech.understanding.place_names import ARTICLE, names_alike
 from core.speech.whisper.chance import by_chance
 from core.speech.whisper.joint_search import Columns, Found, JointSearch, ScoredText
 from core.speech.whisper.log_mel import log_mel
@@ -111,6 +111,10 @@ UNUSUAL_SHARE = 0.6  # of the nats below that, by which rarer words may be likel
 MOST_UNUSUAL_NATS = 5.0  # by which they may be, at most
 NO_OTHER = 5.0  # [nats] by which a name that no other words compete with is ahead of them
 ALIKE_NAMES = 2.5  # [nats] by which a name must be likelier than other words that sound like it
+SOUND_SCALE = 40.0  # [nats] by the other engine that count as one here
+MAX_FOR_NATS, MAX_AGAINST_NATS = 3.0, 4.0  # that it may add to a name, and take from it
+WEIGHED_SCORE, WEIGHED_LEAD = 1.2, 1.0  # [nats] by which both bounds of a name are wider before that
+CONTRADICTING_NATS = -100.0  # by the other engine, from which a name that keeps its own bounds is doubted
 USUAL_NAME = -21.0  # [nats] of "Go to the garden." by chance
 DECIMALS_BY_CHANCE = 0.5  # of their nats that do not count: 5 is written 3 nats more often than 9
 NO_WORDS = re.compile(r"(?i:you)?[\s.,!?♪♫>]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*]*\*|[♪♫][^♪♫]*[♪♫]?)[\s.,!?♪♫>]*)*")
@@ -160,6 +164,11 @@ class Meaning:
     by_chance: float = 0.0  # [nats] that it owes to its decimals, beside others with as many
     again: float | None = None  # [nats] in the second reading; None: there was none
 
+    @property
+    def mean(self) -> float:
+        """Mean of both readings [nats]."""
+        return 0.5 * (self.nats + (self.again or 0.0))
+
     def ahead_of(self, other: Meaning) -> float:
         """Return by how much [nats] this is likelier than the other one."""
         unheard = UNHEARD_WORDS * (_lacks_words(other.key, self.key) - _lacks_words(self.key, other.key))
@@ -174,12 +183,13 @@ class Meaning:
 class WhisperRecognizer:
     """Commands, and the words of everything else."""
 
-    def __init__(self, folder: Path, own: OwnPhrases = ()) -> None:
-        """`folder` with `model.bin` and `tokenizer.json` of an English-only model; `own`: phrases of the user's.
+    def __init__(self, folder: Path, own: OwnPhrases = (), names: NameOpinion | None = None) -> None:
+        """`folder` with `model.bin` and `tokenizer.json` of an English-only model; `own`: phrases of the user's;
+        `names`: who else is asked which place was named.
 
         Raises BadInput.
         """
-        self._folder = folder
+        self._folder, self._names = folder, names
         self.encode = Encoder(ModelFile(folder / "model.bin"))
         self._heard = lru_cache(2)(lambda pcm: self.encode(log_mel(np.frombuffer(pcm))))  # both readings of a sound
         self._chance = _ChanceOfPhrases()
@@ -200,6 +210,15 @@ class WhisperRecognizer:
         self._fixed = {name: (_bounds_of if name in SPECS else _bounds_of_name)(one) for name, one in nats.items()}
         decimals = (DECIMAL.format(digit=digit) for digit in range(10))
         self._decimals = np.array(self._chance.of(decimals, decoder, columns, tokenizer))
+        self._written = {
+            _named(one.kind, one.place): [
+                columns.columns(tokenizer.encode(text)) for text in _ways_to_write(one.place)
+            ]
+            for one in own
+            if one.place is not None
+        }
+        if self._names is not None:
+            self._names.learn(own)
         self._own = own
 
     def decide(self, utterance: Utterance) -> Decision:
@@ -210,7 +229,7 @@ class WhisperRecognizer:
         objection = TOO_LONG if utterance.cut else "" if agreed else NOT_SURE
         decision = self._decided(meanings, found, objection)
         if not utterance.cut and (decision.command is None or decision.command.place):
-            decision = self._to_place(decision, samples, found, utterance.rejected)
+            decision = self._to_place(decision, samples, found, utterance)
         elif _is_lone_motion(decision) and not self._confirmed_slower(decision, samples, utterance.rejected):
             decision = self._decided(meanings, found, NOT_SURE)
         goes = decision.command is not None and decision.command.name in NAME_STOP
@@ -269,10 +288,11 @@ class WhisperRecognizer:
         again = self._decided(self.meanings(found, rejected), found, "").command
         return again is not None and decision.command is not None and again.name == decision.command.name
 
-    def _to_place(self, decision: Decision, samples: Array, found: Found, rejected: Iterable[str]) -> Decision:
+    def _to_place(self, decision: Decision, samples: Array, found: Found, utterance: Utterance) -> Decision:
         """The decision about words that may go to a named place: given that they do, which place is it?
 
         The words before the name are the same for all, and a voice may slur them: only what follows is compared.
+        Another engine's opinion may choose another name; where it knows the name, it is part of the score.
         """
         if not any(one.place for one in self._own):
             return decision
@@ -281,22 +301,61 @@ class WhisperRecognizer:
         begun = next((begin for one in near if (begin := self._search.begin_of(one, TO_NAMES))), ())
         if not begun:
             return decision
-        slower = resampled(samples, RATE_HZ, SLOWER * RATE_HZ)
-        readings = [_all_as_spellings(self.search(one, begun)) for one in (samples, slower)]
-        first, second = (self.meanings(one, rejected) for one in readings)
-        if not (first and second):
+        views = [samples, resampled(samples, RATE_HZ, SLOWER * RATE_HZ)]
+        readings = [_all_as_spellings(self.search(one, begun)) for one in views]
+        first, second = (self.meanings(one, utterance.rejected) for one in readings)
+        both = _read_twice(first, second, *readings) if first and second else []
+        best, lead = _best(both) if both else (None, 0.0)
+        sound: dict[str, float] = {}
+        if self._names is not None and (best is None or best.key[0] not in SPECS):
+            sound = self._names.weigh(utterance, best.key[0] if best else "")
+            best, lead = self._better_by_sound(best, lead, sound, views, begun, utterance.rejected)
+        if best is None:
             return self._unknown_place(decision, found, readings[0])
-        both = _read_twice(first, second, *readings)
-        best, lead = _best(both)
-        nats = 0.5 * (best.nats + (best.again or 0.0))
-        fits = min(nats - self._bounds(best).score, self._over_other_names(best, readings, begun))
+        fits = self._fits_as_name(best, readings, begun, sound.get(best.key[0]))
         if best.key[0] in SPECS and decision.command is None:
             return decision
         if fits <= 0 or best.key[0] in SPECS:
             return self._unknown_place(decision, found, readings[0], both, fits)
         sentences = [self._sentence(one) for one in (best, *(one for one in both[:3] if one is not best))]
-        scores = Scores(sentence=nats, over_free_text=fits, over_second_best=min(lead, THRESHOLDS.accept))
+        scores = Scores(sentence=best.mean, over_free_text=fits, over_second_best=min(lead, THRESHOLDS.accept))
         return decide(sentences[0], scores, THRESHOLDS, others=sentences[1:])
+
+    def _better_by_sound(
+        self,
+        best: Meaning | None,
+        lead: float,
+        sound: dict[str, float],
+        views: list[Array],
+        begun: tuple[int, ...],
+        rejected: Iterable[str],
+    ) -> tuple[Meaning | None, float]:
+        """The best name and its lead [nats] → those that both engines together find, by the other one's `sound`."""
+        unlikely = {key[0] for words in rejected if (key := key_of(words, self._own)) is not None}
+        named = max(sound.keys() - unlikely, key=lambda key: sound[key], default="")
+        if not named:
+            return best, lead
+        if best is not None and named == best.key[0]:
+            return best, max(lead, THRESHOLDS.reject)
+        written = self._written[named]
+        nats = [self._search.written(self._hear(view), begun, written) for view in views]
+        first, again = (float(np.logaddexp.reduce(one)) for one in nats)
+        spelling = self._search.text((*begun, *written[int(np.argmax(nats[0]))]))
+        other = Meaning(spelling=spelling, nats=first, again=again, key=(named, (), False))
+        if best is None or other.mean - best.mean > (sound.get(best.key[0], 0.0) - sound[named]) / SOUND_SCALE:
+            return other, THRESHOLDS.accept
+        return best, lead
+
+    def _fits_as_name(
+        self, meaning: Meaning, readings: list[Found], begun: tuple[int, ...], sound: float | None
+    ) -> float:
+        """By how much [nats] a name keeps its bounds; `sound`: how well it fits the other engine, if known there."""
+        score, over = meaning.mean - self._bounds(meaning).score, self._over_other_names(meaning, readings, begun)
+        if sound is None:
+            return min(score, over)
+        by_sound = float(np.clip(sound / SOUND_SCALE, -MAX_AGAINST_NATS, MAX_FOR_NATS))
+        weighed = min(score + WEIGHED_SCORE, over + WEIGHED_LEAD) + by_sound
+        return max(weighed, min(score, over, (sound - CONTRADICTING_NATS) / SOUND_SCALE))
 
     def _over_other_names(self, meaning: Meaning, readings: list[Found], begun: tuple[int, ...]) -> float:
         """By how much [nats] a name keeps its bounds beside all words that nobody has named, a mean of two readings.
@@ -347,7 +406,11 @@ class WhisperRecognizer:
         if len(samples) < SHORTEST * RATE_HZ or not np.any(samples):
             return Found(spellings=(), free=())
         heard = samples[-LONGEST * RATE_HZ :]
-        return self._search.search(self._heard(np.asarray(heard, float).tobytes()), len(heard) / RATE_HZ, begun)
+        return self._search.search(self._hear(heard), len(heard) / RATE_HZ, begun)
+
+    def _hear(self, samples: Array) -> Array:
+        """Encode samples (N,) → (T, width)."""
+        return self._heard(np.asarray(samples[-LONGEST * RATE_HZ :], float).tobytes())
 
     def meanings(self, found: Found, rejected: Iterable[str] = ()) -> list[Meaning]:
         """The commands of all spellings that were found, the likeliest first."""
@@ -465,13 +528,24 @@ def _named(kind: CommandSpec, place: NamedPlace | None) -> str:
     return kind.name if place is None else command_to(place).heard_as
 
 
+def _ways_to_write(place: NamedPlace) -> list[str]:
+    """The ways in which Whisper may write a name behind "go to"."""
+    names = dict.fromkeys((place.name, _in_capitals(place.name), place.name.lower()))
+    return [f" {article}{name}{end}" for name in names for article in (ARTICLE, "") for end in (".", "")]
+
+
+def _in_capitals(name: str) -> str:
+    """A name as titles are written."""
+    return name.title().replace("'S", "'s")
+
+
 def _patterns(own: OwnPhrases) -> Iterator[str]:
     """All patterns of the user's phrases; a place's name is also written as it was given, and with capitals."""
     for phrase in own:
         yield phrase.pattern
         if phrase.place is not None:
             name = phrase.place.name
-            for written in (name, name.title().replace("'S", "'s")):
+            for written in (name, _in_capitals(name)):
                 yield re.sub(f"{re.escape(name.lower())}$", written, phrase.pattern)
 
 

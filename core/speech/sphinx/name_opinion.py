@@ -1,0 +1,130 @@
+"""A second opinion about names of places and routes, from the sound alone: hidden Markov models beside Whisper.
+
+Whisper writes what people often write; where a name sounds otherwise than by most voices it writes another word, or
+another known name. Here the same sound is forced upon each name's phones and upon any chain of phones at all, at two
+speeds, and the difference of the two scores is returned.
+"""
+
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from core.commands.routes import START_ROUTE
+from core.commands.stop_at import TO_PLACE, command_to
+from core.message import Array
+from core.sensors.resampling import resampled
+from core.speech.recognition.recognizer import Utterance
+from core.speech.settings import RATE_HZ, SpeechSettings
+from core.speech.sphinx.decoded_path import DecodedPath, decoded
+from core.speech.sphinx.decoder import decoder, dictionary_file, listen_for
+from core.speech.sphinx.garbage_model import PHONE_WORD, Dictionary, Pronunciation
+from core.speech.sphinx.jsgf import written
+from core.speech.sphinx.recognizer import options_of, views_of
+from core.speech.understanding.grammar import OwnPhrases
+
+SLOWER_TIMES = 1.1  # times as long the sound lasts in the second view
+MIN_PART_LETTERS = 3  # of each half of a word that is made of two
+BEGINS = tuple(dict.fromkeys(words.split(" {name}")[0] for words in (*TO_PLACE, *START_ROUTE.words)))
+NAMES, ANYTHING = "all names", "any phones"  # searches; that of a single name is called by its key
+WORST_NATS = -400.0  # of a name that does not fit at all
+VARIANT = re.compile(r"\(\d+\)$")  # behind a word of the dictionary that is said in another way, too
+WHOSE = "'s"
+
+
+class SphinxNameOpinion:
+    """How well the names that were learnt fit a sound; without any, no decoder is made."""
+
+    def __init__(self, settings: SpeechSettings) -> None:
+        self._settings = settings
+        self._said: dict[tuple[str, ...], str] = {}  # the words → the command's key
+
+    def learn(self, own: OwnPhrases) -> None:
+        """Know the names in these phrases, and no others; those with a word that nobody can pronounce are left out.
+
+        Raises Unavailable.
+        """
+        phrases = {tuple(one.pattern.split()): command_to(one.place).heard_as for one in own if one.place is not None}
+        self._said = {}
+        if not phrases:
+            return
+        begins = [begin.split() for begin in BEGINS]
+        known, phones = pronunciations({word for words in (*phrases, *begins) for word in words}, dictionary_file())
+        plain = {word: f"word_{number}" for number, word in enumerate(known)}  # whatever marks are in it
+        self._said = {
+            tuple(plain[word] for word in phrase): key
+            for phrase, key in phrases.items()
+            if all(word in plain for word in phrase)
+        }
+        self._decoder = decoder(dict=None, **(options_of(self._settings) | {"compallsen": True}))
+        for word, ways in known.items():
+            for number, way in enumerate(ways):
+                self._decoder.add_word(plain[word] + (f"({number + 1})" if number else ""), " ".join(way), False)
+        for phone in phones:
+            self._decoder.add_word(PHONE_WORD.format(phone.lower()), phone, phone == phones[-1])
+        begun = " | ".join(" ".join(plain[word] for word in begin) for begin in begins)
+        loop = " | ".join(PHONE_WORD.format(phone.lower()) for phone in phones)
+        listen_for(self._decoder, ANYTHING, written({"begin": begun, "phone": loop}, "<begin> <phone>+"))
+        listen_for(self._decoder, NAMES, written({}, " | ".join(map(" ".join, self._said))))
+        for key in set(self._said.values()):
+            ways = (" ".join(words) for words, named in self._said.items() if named == key)
+            listen_for(self._decoder, key, written({}, " | ".join(ways)))
+
+    def weigh(self, utterance: Utterance, also: str = "") -> dict[str, float]:
+        """The names that fit best, and `also` that one, by their keys → by how much [nats] each fits better than any
+        phones, in the mean of both views; {} where none was learnt.
+        """
+        if not self._said:
+            return {}
+        view = views_of(utterance, self._settings.clear_ratio)[0][0]
+        views = [view, resampled(view, RATE_HZ, round(SLOWER_TIMES * RATE_HZ))]
+        found = [self._said.get(self._path(NAMES, one).words, "") for one in views]
+        keys = {key for key in (*found, also) if key in self._said.values()}
+        anything = [self._path(ANYTHING, one).fit for one in views]
+        return {
+            key: float(np.mean([self._fit(key, *one) for one in zip(views, anything, strict=True)])) for key in keys
+        }
+
+    def _fit(self, key: str, view: Array, anything: float) -> float:
+        path = self._path(key, view)
+        return max(path.fit - anything, WORST_NATS) if path.words else WORST_NATS
+
+    def _path(self, search: str, view: Array) -> DecodedPath:
+        self._decoder.activate_search(search)
+        return decoded(self._decoder, view)
+
+
+def pronunciations(words: Iterable[str], dictionary: Path) -> tuple[Dictionary, tuple[str, ...]]:
+    """Small words → how those are said that can be, and all phones, by a dictionary of CMU's form.
+
+    A word that is not in it may be made of two that are ("whiteboard"), or of one and whose it is ("Sophie's").
+    """
+    wanted = {word: list(_ways_to_write(word)) for word in words}
+    parts = {part for ways in wanted.values() for way in ways for part in way}
+    found: dict[str, list[Pronunciation]] = {WHOSE: [("Z",)]}
+    phones: set[str] = set()
+    for line in dictionary.read_text(encoding="utf-8").splitlines():
+        name, *way = line.split()
+        phones.update(way)
+        if (word := VARIANT.sub("", name)) in parts and word != WHOSE:
+            found.setdefault(word, []).append(tuple(way))
+    known: Dictionary = {}
+    for word, ways in wanted.items():
+        way = next((way for way in ways if all(part in found for part in way)), None)
+        if way is not None:
+            said = found[way[0]] if len(way) == 1 else [tuple(phone for part in way for phone in found[part][0])]
+            known[word] = tuple(said)
+    return known, tuple(sorted(phones))
+
+
+def _ways_to_write(word: str) -> Iterator[tuple[str, ...]]:
+    """The parts of which a dictionary may hold a word: itself, without its marks, those between them, two halves."""
+    yield (word,)
+    yield (re.sub("[-']", "", word),)
+    if "-" in word:
+        yield tuple(part for part in word.split("-") if part)
+    if word.endswith("'s"):
+        yield word.removesuffix("'s"), WHOSE
+    halves = ((word[:cut], word[cut:]) for cut in range(MIN_PART_LETTERS, len(word) - MIN_PART_LETTERS + 1))
+    yield from sorted(halves, key=lambda pair: -min(map(len, pair)))

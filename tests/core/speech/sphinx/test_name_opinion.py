@@ -1,0 +1,120 @@
+"""Names of places by their sound: what pocketsphinx thinks of those that Whisper finds."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.message import Array
+from core.models import MODEL, find
+from core.navigation.places import NamedPlace
+from core.speech.recognition.recognizer import Utterance, for_words
+from core.speech.settings import RATE_HZ, SpeechSettings
+from core.speech.sphinx.name_opinion import SphinxNameOpinion, pronunciations
+from core.speech.synthesis import VoiceSettings, can_speak, speak
+from core.speech.understanding.grammar import OwnPhrases
+from core.speech.understanding.place_names import place_phrases
+from core.speech.whisper.recognizer import WhisperRecognizer
+from tests.core.speech.ears import mono, padded, whisper
+
+NAMES = ("kitchen", "window", "workshop", "meeting room", "Xqzkvr")
+DICTIONARY = (
+    "white W AY T\nboard B AO R D\nsophie S OW F IY\nlamp L AE M P\nlamp(2) L AA M P\nnight N AY T\n's EH S\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("word", "ways"),
+    [
+        ("lamp", (("L", "AE", "M", "P"), ("L", "AA", "M", "P"))),
+        ("whiteboard", (("W", "AY", "T", "B", "AO", "R", "D"),)),
+        ("white-board", (("W", "AY", "T", "B", "AO", "R", "D"),)),
+        ("sophie's", (("S", "OW", "F", "IY", "Z"),)),
+        ("nightshade", None),
+        ("12", None),
+    ],
+)
+def test_a_word_is_said_as_the_dictionary_has_it_or_its_parts(
+    tmp_path: Path, word: str, ways: tuple[tuple[str, ...], ...] | None
+) -> None:
+    (file := tmp_path / "words.dict").write_text(DICTIONARY)
+    known, phones = pronunciations([word], file)
+    assert known.get(word) == ways
+    assert {"W", "AY", "S"} <= set(phones)
+
+
+def test_without_names_there_is_no_opinion() -> None:
+    opinion = SphinxNameOpinion(SpeechSettings())
+    opinion.learn(())
+    assert opinion.weigh(said("nothing", np.zeros(RATE_HZ))) == {}
+
+
+@pytest.mark.skipif(not can_speak(), reason="Nothing here speaks: install the extra voice.")
+@pytest.mark.parametrize("name", ["kitchen", "workshop", "meeting room"])
+def test_the_name_that_was_said_fits_best(name: str) -> None:
+    fits = learnt().weigh(spoken(f"go to the {name}"), "go to window")
+    assert max(fits, key=lambda key: fits[key]) == f"go to {name}"
+    assert fits[f"go to {name}"] > 0 > fits["go to window"]
+
+
+@pytest.mark.skipif(not can_speak(), reason="Nothing here speaks: install the extra voice.")
+def test_a_name_that_is_not_known_fits_worse_than_any_sounds() -> None:
+    fits = learnt().weigh(spoken("go to the laboratory"))
+    assert fits.keys() <= {f"go to {name}" for name in NAMES}
+    assert fits
+    assert max(fits.values()) < 0
+
+
+def test_a_name_that_nobody_can_pronounce_is_left_out() -> None:
+    assert learnt().weigh(said("", np.zeros(RATE_HZ)), "go to xqzkvr").keys().isdisjoint({"go to xqzkvr"})
+
+
+class Fixed:
+    """An opinion that is always the same."""
+
+    def __init__(self, fits: dict[str, float]) -> None:
+        self._fits = fits
+
+    def learn(self, own: OwnPhrases) -> None: ...
+
+    def weigh(self, utterance: Utterance, also: str = "") -> dict[str, float]:
+        return dict(self._fits)
+
+
+@pytest.mark.skipif(not can_speak(), reason="Nothing here speaks: install the extra voice.")
+def test_a_name_whose_sound_does_not_fit_is_refused() -> None:
+    whisper()
+    found = find(MODEL)
+    assert found is not None
+    fits: dict[str, float] = {}
+    recognizer = WhisperRecognizer(found.folder, phrases(), Fixed(fits))
+    sound = spoken("go to the kitchen")
+    for now, place in (({}, "kitchen"), ({"go to kitchen": 90.0}, "kitchen"), ({"go to kitchen": -390.0}, None)):
+        fits.clear()
+        fits.update(now)
+        command = recognizer.decide(sound).command
+        assert (None if command is None else command.place) == place
+
+
+@cache
+def learnt() -> SphinxNameOpinion:
+    pytest.importorskip("pocketsphinx", reason="This needs pocketsphinx: pip install pocketsphinx")
+    opinion = SphinxNameOpinion(SpeechSettings())
+    opinion.learn(phrases())
+    return opinion
+
+
+def phrases() -> OwnPhrases:
+    return place_phrases(NamedPlace(name=name, x_m=0.0, y_m=0.0) for name in NAMES)
+
+
+def spoken(words: str) -> Utterance:
+    return said(words, padded(for_words(speak(words, VoiceSettings())).samples[:, 0]))
+
+
+def said(_words: str, samples: Array) -> Utterance:
+    sound = mono(samples)
+    return Utterance(sound=sound, begin=sound.stamp + 0.3, end=sound.stamp + len(samples) / RATE_HZ)
