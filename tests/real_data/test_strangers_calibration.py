@@ -89,3 +89,11 @@ def test_pairs_go_by_the_numbers_in_their_names_and_millimetres_are_named(strang
     assert np.linalg.norm(np.array(told["translation_m"]) - truth["t"]) < 0.015
     with pytest.raises(BadInput, match="millimetres"):
         calibrate_laser(place / "mm", place / "cam.json", board)
+
+
+@pytest.mark.parametrize("side", [0.025, 0.03])
+def test_squares_of_another_size_are_not_told_as_a_unit_of_the_laser(strangers: Path, side: float) -> None:
+    place = strangers / "laser"
+    with pytest.raises(BadInput, match=r"only if their squares are about (79|80)") as told:
+        calibrate_laser(place / "mixedpad", place / "cam.json", Board(columns=8, rows=6, square=side))
+    assert "Measure five squares with a ruler" in str(told.value)

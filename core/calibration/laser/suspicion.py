@@ -13,7 +13,7 @@ import numpy as np
 
 from core.calibration.board.board import Board
 from core.calibration.laser.board_line import MeanScan
-from core.calibration.laser.explanation import MAX_MISFIT
+from core.calibration.laser.explanation import MAX_MISFIT, square_doubt
 from core.calibration.laser.range_lines import unit_rays
 from core.calibration.laser.solve import LaserCalibration, LaserPose, calibrate_laser, lines_of, nearest_line
 from core.calibration.mount import Mount
@@ -36,6 +36,7 @@ UNITS = tuple(
     for true in METRES
     if true != said
 )
+MAX_SCALE = 5.0  # of squares that were measured wrongly: it looks like another unit of the ranges that fits less well
 MIXED_TIMES = 6.0  # by which the median ranges of scans of one place differ at most
 ANGLES = (
     ("its angles run the other way (clockwise)", -1.0, 0.0),
@@ -54,6 +55,7 @@ class Rival:
     what: str  # the cause in words
     poses: tuple[LaserPose, ...]
     background: Array | None = None
+    factor: float = 1.0  # of the ranges
 
 
 def doubt_of(
@@ -75,8 +77,13 @@ def doubt_of(
     cause = find_cause(found, poses, pairings, board, background, mount)
     if cause is None:
         return None
-    seen = 0 if found is None else int(np.count_nonzero(found.used))
-    return refusal(cause[0].code, what=cause[0].what, fits=cause[1], count=len(poses), seen=seen)
+    rival, other = cause
+    fits, seen = (0 if one is None else int(np.count_nonzero(one.used)) for one in (other, found))
+    scale = other.square[0] / rival.factor / board.square
+    if 1 / MAX_SCALE < scale < MAX_SCALE and rival.factor != 1.0 and square_doubt(other, board):
+        sizes = {"side": f"{1e3 * scale * board.square:.3g}", "entered": f"{1e3 * board.square:.3g}"}
+        return refusal("laser.squares", fits=fits, count=len(poses), seen=seen, **sizes)
+    return refusal(rival.code, what=rival.what, fits=fits, count=len(poses), seen=seen)
 
 
 def is_suspicious(found: LaserCalibration | None, count: int) -> bool:
@@ -91,8 +98,8 @@ def find_cause(
     board: Board,
     background: Array | None,
     mount: Mount | None,
-) -> tuple[Rival, int] | None:
-    """Find the rival that explains far more poses, far better, and the number of poses that it explains."""
+) -> tuple[Rival, LaserCalibration] | None:
+    """Find the rival that explains far more poses, far better, and the mount that it gives."""
     mount = mount or Mount()
     least = max(3, ENOUGH_POSES_SHARE * len(poses), 0 if found is None else int(found.used.sum()))
     limit = LEAST_FIT if found is None else found.extrinsics.misfit / MISFIT_GAIN
@@ -104,7 +111,7 @@ def find_cause(
             rivals = _forms(scaled, pairings if not unit else ())
             boards += [(_boards_met(each, scaled.poses, lines, mount), each) for each in rivals]
     boards.sort(key=lambda each: -each[0])
-    best: tuple[float, Rival, int] | None = None
+    best: tuple[float, Rival, LaserCalibration] | None = None
     for _, rival in boards[:FULL_TRIALS]:
         try:
             other = calibrate_laser(rival.poses, board, rival.background, mount)
@@ -112,7 +119,7 @@ def find_cause(
             continue
         misfit, seen = other.extrinsics.misfit, int(other.used.sum())
         if seen >= least and misfit < (limit if best is None else best[0]):
-            best = misfit, rival, seen
+            best = misfit, rival, other
             if misfit < MAX_MISFIT:
                 break
     return None if best is None else best[1:]
@@ -151,6 +158,7 @@ def _rival(
         what,
         tuple(_changed(pose, factor, along, turn) for pose in poses),
         None if background is None else background * factor,
+        factor,
     )
 
 
