@@ -44,6 +44,7 @@ class DeviceLink:
         self.times_up = 0  # how often the link came up
         self.opening = threading.Lock()  # held while it comes up, and while speeds are handed on
         self.settled = threading.Event()  # the first try is over
+        self.named = threading.Event()  # its sensors have their names: readings before that would lack them
         self._names: Names = {}  # of its sensors on this robot, where another device took theirs
         self._readings = readings.renaming(self._names)
         self._over = threading.Event()
@@ -56,6 +57,7 @@ class DeviceLink:
     def close(self, patience: float = 1.0) -> None:
         """Let go."""
         self._over.set()
+        self.named.set()
         self._close_device()
         self._thread.join(patience)
 
@@ -81,6 +83,7 @@ class DeviceLink:
         for alone in (renamed.lasers, renamed.cameras):
             if len(alone) == 1:
                 self._names[type(alone[0]), ""] = alone[0].name  # readings of an only one may leave its name out
+        self.named.set()
         return renamed
 
     def found(self, equipment: Equipment) -> FoundPart:
@@ -135,6 +138,9 @@ class DeviceLink:
             self.settled.set()
             if known:
                 self._readings.note(f"{self.name} is back.")
+            self.named.wait()
+            if self._over.is_set():
+                return ""
             self.device.run(self._readings)
             return f"{self.name} was lost; it is looked for."
         except BeckonError as trouble:

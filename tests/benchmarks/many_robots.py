@@ -145,6 +145,8 @@ def measure(
     for link in links:
         link.start()
     waited_for(lambda: all(link.up for link in links), 60.0)
+    for link in links:
+        link.named_apart(set())
     connected = time.monotonic() - began
     time.sleep(SETTLING)
     process = psutil.Process()

@@ -102,6 +102,17 @@ def test_a_device_that_is_not_there_at_first_is_a_sentence_and_ends_the_others()
     until(lambda: set(threading.enumerate()) <= before)
 
 
+def test_no_device_runs_before_all_sensors_have_their_names() -> None:
+    ran, early = threading.Event(), list[bool]()
+    quick = Wire()
+    quick.todo.put(lambda _: ran.set())
+    late = Wire(drives=False, opens=lambda: early.append(ran.wait(0.2)))
+    robot = LiveRobot([("the base", quick), ("the laser", late)], shape)
+    until(ran.is_set)
+    robot.close()
+    assert early == [False]
+
+
 def test_a_device_that_is_lost_is_told_and_comes_back() -> None:
     laser = Wire(drives=False)
     robot = LiveRobot([("the base", Wire()), ("the laser", laser)], shape)
