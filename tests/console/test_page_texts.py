@@ -7,12 +7,13 @@ import json
 import re
 from pathlib import Path
 
-from console.control.settings_in_use import common, sections
+from console.control.settings_in_use import common
 from console.experiments.catalogue import entry
 from console.people.enrollment import ENOUGH, GESTURES, STEP_OUT
 from core.commands import VOCABULARY
 from core.experiments import EXPERIMENTS
 from core.sentences import catalogue
+from core.settings import section_kinds
 
 ROOT = Path(__file__).parent.parent.parent
 GERMAN: dict[str, str] = json.loads((ROOT / "static/i18n/de.console.json").read_bytes())
@@ -26,7 +27,7 @@ def said(sentence: str) -> bool:
 
 
 def test_every_setting_of_the_page_has_a_name_and_a_translation() -> None:
-    offered = [(section, one) for section in sections() for one in common(section)]
+    offered = [(section, one) for section in section_kinds() for one in common(section)]
     assert len(offered) > 30
     assert {f"setting.{section}.{one.name}" for section, one in offered} == {
         key for key in catalogue() if key.startswith("setting.")

@@ -13,7 +13,7 @@ from core.perception.landmarks.corners import find_corners
 from core.perception.landmarks.deskew import deskew
 from core.perception.landmarks.landmarks import sight
 from core.recording import ScanRecording, open_log
-from core.sensors import SensorFrame
+from core.slam.association.visibility import VisibilityCheck
 from core.slam.ekf_slam import EkfSlam
 from core.slam.scan_matching.scan_odometry import ScanOdometry
 
@@ -54,9 +54,9 @@ def test_the_filter_holds_a_small_map_of_the_real_room(recording: ScanRecording,
         step = odometry.update(frame.scan)
         points, beams = deskew(frame.scan, recording.laser, odometry.wheels, frame.stamp)
         sightings, _ = sight(find_corners(frame.scan, recording.laser, points, beams), stamp=frame.stamp)
-        told = SensorFrame(stamp=frame.stamp, scan=frame.scan)
-        estimate = slam.update(told, sightings, step)
-        apart.append(estimate.pose.distance_to(odometry.pose.x, odometry.pose.y))
+        slam.advance(step)
+        slam.see(sightings, VisibilityCheck(frame.scan, recording.laser.mounting))
+        apart.append(slam.estimate.pose.distance_to(odometry.pose.x, odometry.pose.y))
     assert max(apart) < 0.15
     assert 4 <= len(slam.landmarks) <= 30
     assert np.sqrt(np.diag(slam.estimate.covariance)).max() < 0.05

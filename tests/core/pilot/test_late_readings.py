@@ -16,8 +16,8 @@ from core.sensors import Image, Scan
 from core.settings import Settings
 from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
-from core.slam.ekf_slam import EkfSlam
 from core.slam.odometry import Odometry
+from tests.core.slam.frame_slam import FrameSlam
 
 LATE = 12  # frames of 25 ms
 DRIVE = ((1.5, 0.0, 0.0), *(((0.4, 0.15, 1.2), (0.4, 0.0, -1.2)) * 4))  # [s], [m/s], [rad/s]
@@ -41,7 +41,7 @@ def drive(*, late_scans: int = 0, late_pictures: int = 0, camera: bool = False) 
     odometry = Odometry(robot.profile.laser, settings.motion, settings.scan_odometry)
     eyes, slam = (
         LandmarkPerception(robot.profile, settings),
-        EkfSlam(settings.ekf, settings.motion, robot.profile.laser),
+        FrameSlam(settings.ekf, settings.motion, robot.profile.laser),
     )
     scans: deque[Scan | None] = deque([None] * late_scans)
     pictures: deque[Image | None] = deque([None] * late_pictures)
