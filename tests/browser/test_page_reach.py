@@ -238,7 +238,7 @@ def test_a_3d_map_that_is_slow_only_while_the_robot_moves_gives_way_too(visit: O
     here.page.evaluate("window.slow = true")
     here.wait(6.0)
     expect(here.find("flat-map")).to_be_hidden()
-    here.button("turn left").click()
+    here.find("[data-command=turn_left]").click()
     expect(here.find(".flat-why")).to_contain_text("too slow")
     here.page.keyboard.press("Escape")
     here.still()

@@ -241,7 +241,7 @@ def test_the_first_hints_notice_what_was_done(visit: Open, console: Running) -> 
     here = visit(hints=True)
     hint = here.find(".coach")
     expect(hint).to_contain_text("Turn the robot")
-    here.button("turn left").click()
+    here.find("[data-command=turn_left]").click()
     expect(hint).to_contain_text("Hold to drive")
     here.page.keyboard.press("Escape")
     here.still()
