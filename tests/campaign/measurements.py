@@ -532,7 +532,8 @@ def mutants_killed(effort: Effort) -> Iterator[RowFigure]:
 
 def two_robots_on_one_wire(effort: Effort) -> Iterator[RowFigure]:
     """Readings of a second robot, which stays where it is, come between those of the one that drives at a wall."""
-    honest, cells = late_scans.LIES["honest"], list(itertools.product(late_scans.STRANGERS, late_scans.SPEEDS_M_S))
+    honest = late_scans.LIES["honest"]
+    cells = list(itertools.product(late_scans.OTHER_ROBOT_TOPICS, late_scans.SPEEDS_M_S))
     for driver in late_scans.WIRES_SHARED:
         make = late_scans.DRIVERS[driver]
         found = [late_scans.drive(make(), 0.0, speed, honest, stranger=what) for what, speed in cells]

@@ -160,7 +160,7 @@ def test_a_check_prints_a_table_and_its_json(folder: Path, capsys: pytest.Captur
 
 @pytest.mark.usefixtures("quick")
 def test_what_failed_is_exit_code_1_and_says_what_to_do(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    source = sources("slow_robot")["slow_robot.py"].replace("rate=10.0", "rate=20.0")
+    source = sources("slow_robot")["slow_robot.py"].replace("rate=10.0", "rate=40.0")
     (folder / "slow_robot.py").write_text(source)
     assert main(["robot", "check", "py:slow_robot.py:"]) == 1
     printed = capsys.readouterr().out
