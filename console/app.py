@@ -20,7 +20,7 @@ from console.api.page_files import PageFiles
 from console.runtime import Runtime
 from core.sentences import static_folder
 
-TOPICS = (
+ROUTER_MODULES = (
     "stop",
     "commands",
     "pending_command",
@@ -58,7 +58,7 @@ TOPICS = (
 """Modules of `console.api` with routers, in the order of the description."""
 ROUTERS = tuple(
     router
-    for name in TOPICS
+    for name in ROUTER_MODULES
     for router in vars(import_module(f"console.api.{name}")).values()
     if isinstance(router, APIRouter)
 )

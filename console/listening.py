@@ -22,7 +22,7 @@ from console.logging_setup import start_logging
 from console.options import LOOPBACK, Options, address_of, bound, hosts_of, in_address, is_readable, is_wildcard
 
 ONCE_LIFE = 120.0  # [s] in which the browser that is opened here has to come
-READABLE = (
+READABLE_BY_OTHERS_WARNING = (
     "Others on the network can read along and take over: this is plain HTTP, and phones give it no microphone. "
     "Start with --tls-cert and --tls-key, or put TLS in front of it."
 )
@@ -72,7 +72,7 @@ def announce(options: Options, port: int, access: Access) -> None:
             sys.stdout.write(f"On a phone:\n{qr.drawn(f'{address}#t={driving}')}")
     sys.stdout.flush()
     if is_readable(options):
-        sys.stderr.write(f"{READABLE}\n")
+        sys.stderr.write(f"{READABLE_BY_OTHERS_WARNING}\n")
     if options.open_browser:
         scheme = address.partition(":")[0]
         here = f"{scheme}://127.0.0.1:{port}/" if is_wildcard(options.host) else address

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 from console.data_folder import home_folder
-from console.listening import READABLE, announce, listening
+from console.listening import READABLE_BY_OTHERS_WARNING, announce, listening
 from console.options import Options, check, is_readable, settings_file
 from console.robot.supervisor import RobotSupervisor
 from console.service_manager import notify
@@ -109,7 +109,7 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
 def first_notices(options: Options, trouble: str, damaged: str) -> list[tuple[Literal["error", "warning"], str]]:
     """The notices of a start: why another robot did not come, that others can read along, which logins were lost."""
     found: list[tuple[Literal["error", "warning"], str]] = [("error", trouble)] if trouble else []
-    readable = READABLE if is_readable(options) else ""
+    readable = READABLE_BY_OTHERS_WARNING if is_readable(options) else ""
     return [*found, *(("warning", words) for words in (readable, damaged) if words)]
 
 

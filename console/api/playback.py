@@ -8,7 +8,7 @@ from pydantic import Field
 
 from console.access.roles import needs
 from console.api import RequestBody, Who, part, problems, router, sends_file
-from console.api.recordings import FILMS, MAX_PART_S, PartBegin, PartEnd, Recorder, filmed
+from console.api.recordings import FILM_MEDIA_TYPES, MAX_PART_S, PartBegin, PartEnd, Recorder, filmed
 from console.control.playback import PlaybackController
 from console.http.problems import Problem
 from console.messages.inbound import PlaybackAction, PlaybackMessage, PlaybackWay
@@ -81,7 +81,7 @@ async def steer(asked: PlaybackRequest, player: Playback, recorder: Recorder, wh
     return SteeredPlayback(asked.action)
 
 
-@playback.get("/playback/film.{form}", **sends_file(*FILMS, errors=[404]))
+@playback.get("/playback/film.{form}", **sends_file(*FILM_MEDIA_TYPES, errors=[404]))
 @needs("viewer")
 async def film(form: FilmForm, player: Playback, recorder: Recorder, from_s: PartBegin, to_s: PartEnd) -> Response:
     """A film of a part of the recording that plays: map and camera. 404 where none of Beckon's own plays."""

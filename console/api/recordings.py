@@ -25,7 +25,7 @@ MAX_PART_S = 100_000.0
 RECORDING_LIMIT = BodyLimit((ANY_FILE,), 100_000_000, 6.0)
 PartBegin = Annotated[float, Query(ge=0, description="[s] after the start")]
 PartEnd = Annotated[float, Query(gt=0, le=MAX_PART_S, description="[s] after the start")]
-FILMS = ("image/webp", "image/gif")
+FILM_MEDIA_TYPES = ("image/webp", "image/gif")
 
 
 class StartRecordingRequest(RequestBody):
@@ -138,7 +138,7 @@ async def export(name: Name, asked: PartRequest, recorder: Recorder, who: Who) -
     return await recorder.cut(await asyncio.to_thread(recorder.file, name), asked.from_s, asked.to_s, who)
 
 
-@recordings.get("/recordings/{name}/film.{form}", **sends_file(*FILMS))
+@recordings.get("/recordings/{name}/film.{form}", **sends_file(*FILM_MEDIA_TYPES))
 @needs("viewer")
 async def film(name: Name, form: FilmForm, recorder: Recorder, from_s: PartBegin, to_s: PartEnd) -> Response:
     """A film of a part: the map as it was shown, and what the camera saw."""

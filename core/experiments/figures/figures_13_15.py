@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-CAPTURES, CORNERS = (1000, 760), (1240, 620)  # [px]
+CAPTURES_SIZE_PX, CORNERS_SIZE_PX = (1000, 760), (1240, 620)
 PICTURE_COLUMNS = 5
-BOARDS_PX = (1100, 780)  # [px]
+BOARDS_PX = (1100, 780)
 ELEVATION_DEG, AZIMUTH_DEG = 22.0, -38.0  # [deg] of the onlooker: behind, above and to the right of the camera
 PYRAMID_M = 0.1  # from the camera to the base of its drawn pyramid
 AXES_LENGTH = 0.16  # [m]
@@ -37,7 +37,7 @@ def figure_13(pictures: Sequence[Array], conditions: str) -> bytes:
             axes.set_title(f"{number}", fontsize=9, pad=3)
             axes.set_axis_off()
 
-    return render("png", CAPTURES, f"Figure 13: {len(pictures)} pictures of the board", conditions, draw)
+    return render("png", CAPTURES_SIZE_PX, f"Figure 13: {len(pictures)} pictures of the board", conditions, draw)
 
 
 def figure_14(pictures: Sequence[Array], found: Sequence[Array], model: Sequence[Array], conditions: str) -> bytes:
@@ -61,7 +61,9 @@ def figure_14(pictures: Sequence[Array], found: Sequence[Array], model: Sequence
         legend.set_axis_off()
         legend.legend(*figure.axes[0].get_legend_handles_labels(), loc="center", ncols=2)
 
-    return render("png", CORNERS, "Figure 14: corners found, and where the camera model puts them", conditions, draw)
+    return render(
+        "png", CORNERS_SIZE_PX, "Figure 14: corners found, and where the camera model puts them", conditions, draw
+    )
 
 
 def _show(axes: Axes, picture: Array) -> None:

@@ -26,11 +26,11 @@ from core.speech.understanding.grammar import OwnPhrases
 
 SLOWER_TIMES = 1.1  # times as long the sound lasts in the second view
 MIN_PART_LETTERS = 3  # of each half of a word that is made of two
-BEGINS = tuple(dict.fromkeys(words.split(" {name}")[0] for words in (*TO_PLACE, *START_ROUTE.words)))
-NAMES, ANYTHING = "all names", "any phones"  # searches; that of a single name is called by its key
+NAME_BEGINNINGS = tuple(dict.fromkeys(words.split(" {name}")[0] for words in (*TO_PLACE, *START_ROUTE.words)))
+NAMES_SEARCH, PHONES_SEARCH = "all names", "any phones"  # searches; that of a single name is called by its key
 WORST_NATS = -400.0  # of a name that does not fit at all
-VARIANT = re.compile(r"\(\d+\)$")  # behind a word of the dictionary that is said in another way, too
-WHOSE = "'s"
+VARIANT_MARK = re.compile(r"\(\d+\)$")  # behind a word of the dictionary that is said in another way, too
+POSSESSIVE_ENDING = "'s"
 
 
 class SphinxNameOpinion:
@@ -49,7 +49,7 @@ class SphinxNameOpinion:
         self._said = {}
         if not phrases:
             return
-        begins = [begin.split() for begin in BEGINS]
+        begins = [begin.split() for begin in NAME_BEGINNINGS]
         known, phones = pronunciations({word for words in (*phrases, *begins) for word in words}, dictionary_file())
         plain = {word: f"word_{number}" for number, word in enumerate(known)}  # whatever marks are in it
         self._said = {
@@ -57,6 +57,8 @@ class SphinxNameOpinion:
             for phrase, key in phrases.items()
             if all(word in plain for word in phrase)
         }
+        if not self._said:
+            return
         self._decoder = decoder(dict=None, **(options_of(self._settings) | {"compallsen": True}))
         for word, ways in known.items():
             for number, way in enumerate(ways):
@@ -65,8 +67,8 @@ class SphinxNameOpinion:
             self._decoder.add_word(PHONE_WORD.format(phone.lower()), phone, phone == phones[-1])
         begun = " | ".join(" ".join(plain[word] for word in begin) for begin in begins)
         loop = " | ".join(PHONE_WORD.format(phone.lower()) for phone in phones)
-        listen_for(self._decoder, ANYTHING, written({"begin": begun, "phone": loop}, "<begin> <phone>+"))
-        listen_for(self._decoder, NAMES, written({}, " | ".join(map(" ".join, self._said))))
+        listen_for(self._decoder, PHONES_SEARCH, written({"begin": begun, "phone": loop}, "<begin> <phone>+"))
+        listen_for(self._decoder, NAMES_SEARCH, written({}, " | ".join(map(" ".join, self._said))))
         for key in set(self._said.values()):
             ways = (" ".join(words) for words, named in self._said.items() if named == key)
             listen_for(self._decoder, key, written({}, " | ".join(ways)))
@@ -79,9 +81,9 @@ class SphinxNameOpinion:
             return {}
         view = views_of(utterance, self._settings.clear_ratio)[0][0]
         views = [view, resampled(view, RATE_HZ, round(SLOWER_TIMES * RATE_HZ))]
-        found = [self._said.get(self._path(NAMES, one).words, "") for one in views]
+        found = [self._said.get(self._path(NAMES_SEARCH, one).words, "") for one in views]
         keys = {key for key in (*found, also) if key in self._said.values()}
-        anything = [self._path(ANYTHING, one).fit for one in views]
+        anything = [self._path(PHONES_SEARCH, one).fit for one in views]
         return {
             key: float(np.mean([self._fit(key, *one) for one in zip(views, anything, strict=True)])) for key in keys
         }
@@ -102,12 +104,12 @@ def pronunciations(words: Iterable[str], dictionary: Path) -> tuple[Dictionary, 
     """
     wanted = {word: list(_ways_to_write(word)) for word in words}
     parts = {part for ways in wanted.values() for way in ways for part in way}
-    found: dict[str, list[Pronunciation]] = {WHOSE: [("Z",)]}
+    found: dict[str, list[Pronunciation]] = {POSSESSIVE_ENDING: [("Z",)]}
     phones: set[str] = set()
     for line in dictionary.read_text(encoding="utf-8").splitlines():
         name, *way = line.split()
         phones.update(way)
-        if (word := VARIANT.sub("", name)) in parts and word != WHOSE:
+        if (word := VARIANT_MARK.sub("", name)) in parts and word != POSSESSIVE_ENDING:
             found.setdefault(word, []).append(tuple(way))
     known: Dictionary = {}
     for word, ways in wanted.items():
@@ -125,6 +127,6 @@ def _ways_to_write(word: str) -> Iterator[tuple[str, ...]]:
     if "-" in word:
         yield tuple(part for part in word.split("-") if part)
     if word.endswith("'s"):
-        yield word.removesuffix("'s"), WHOSE
+        yield word.removesuffix("'s"), POSSESSIVE_ENDING
     halves = ((word[:cut], word[cut:]) for cut in range(MIN_PART_LETTERS, len(word) - MIN_PART_LETTERS + 1))
     yield from sorted(halves, key=lambda pair: -min(map(len, pair)))
