@@ -1,5 +1,7 @@
 """The covariance of the whole state: stored once, changed in place."""
 
+from functools import lru_cache
+
 import numpy as np
 import scipy
 
@@ -44,7 +46,7 @@ class Covariance:
     def block(self, first: int, count: int) -> Array:
         """The square block (count, count) on the diagonal from `first`."""
         upper = self._square[first : first + count, first : first + count]
-        return np.where(np.tri(count, k=-1, dtype=bool), upper.T, upper)
+        return np.where(_below_diagonal(count), upper.T, upper)
 
     def diagonal(self, offset: int = 0) -> Array:
         """Diagonal `offset` places above the main one (size - offset,)."""
@@ -127,3 +129,9 @@ class Covariance:
         """P ← P + sign WᵀW in place: dsyrk copies anything but a whole Fortran-ordered array, so it gets that."""
         changed = scipy.linalg.blas.dsyrk(sign, padded, beta=1.0, c=self._square, trans=1, lower=0, overwrite_c=1)
         assert np.shares_memory(changed, self._square), "dsyrk worked on a copy"
+
+
+@lru_cache(maxsize=4)
+def _below_diagonal(count: int) -> Array:
+    """Mask (count, count) of what lies below the diagonal."""
+    return np.tri(count, k=-1, dtype=bool)
