@@ -96,7 +96,6 @@ def _lasts(name: str) -> bool:
 
 
 def _kept(home: Path, recordings: bool) -> Iterator[Path]:
-    """Return every file of ours, in order."""
     for top in sorted(home.iterdir()):
         if not OURS.fullmatch(top.name) or not _lasts(top.name):
             continue

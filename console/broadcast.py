@@ -11,8 +11,6 @@ MAX_ANSWERS = 256  # that may wait for one viewer: a second's worth of asking; p
 
 @dataclass(frozen=True)
 class CloseSocket:
-    """Why a socket is closed."""
-
     code: int
     reason: str
 
@@ -42,14 +40,12 @@ class Subscriber:
         self._news.set()
 
     def want(self, kind: str, wanted: bool) -> None:
-        """Return whether this viewer wants a kind."""
         (self.wants.add if wanted else self.wants.discard)(kind)
         if wanted and kind not in self._turns:
             self._turns.append(kind)
         self.wake()
 
     def wake(self) -> None:
-        """Something new may be there."""
         self._news.set()
 
     async def next(self, broadcaster: Broadcaster) -> str | bytes | None:
@@ -84,7 +80,6 @@ class Broadcaster:
         self.viewers.add(viewer)
 
     def want(self, viewer: Subscriber, kind: str, *, wanted: bool) -> None:
-        """Set whether this viewer wants a kind from now on."""
         if wanted:
             self._begin(kind)
         viewer.want(kind, wanted)
@@ -98,7 +93,6 @@ class Broadcaster:
                 viewer.wake()
 
     def forget(self, kind: str) -> None:
-        """There is nothing of this kind any more."""
         self.slots.pop(kind, None)
 
     def watched(self, kind: str) -> bool:

@@ -156,7 +156,6 @@ CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
 
 
 def make_parts(base: ConsoleBase) -> Parts:
-    """Every capability of a console."""
     parts = Parts()
     for make in CAPABILITIES:
         parts.add(make(base, parts))

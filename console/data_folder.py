@@ -83,7 +83,6 @@ class DataFolder(Part):
             return None
 
     async def run(self) -> None:
-        """For as long as the console runs."""
         while True:
             await self.look()
             await asyncio.sleep(TROUBLED_LOOK_PERIOD_S if self.trouble else LOOK_PERIOD_S)

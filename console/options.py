@@ -116,7 +116,6 @@ def member_options(options: Options) -> MemberOptions | None:
 
 
 def address_of(options: Options, port: int) -> str:
-    """The address by which browsers open this console."""
     scheme = "http" if options.tls_cert is None else "https"
     return f"{scheme}://{in_address(options.allow_hosts[0] if is_wildcard(options.host) else options.host)}:{port}/"
 

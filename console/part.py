@@ -57,7 +57,6 @@ class BackgroundTask(Part):
         self._work = work
 
     async def run(self) -> None:
-        """The work."""
         await self._work()
 
 
@@ -96,5 +95,4 @@ class Parts:
         await asyncio.gather(*(part.open() for part in self._parts))
 
     async def close(self) -> None:
-        """Close all at once."""
         await asyncio.gather(*(part.close() for part in self._parts))

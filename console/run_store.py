@@ -28,7 +28,6 @@ RunState = Literal["running", "done", "cancelled", "failed"]
 
 
 def new_run_id() -> str:
-    """Return an id that no other run has."""
     return secrets.token_hex(6)
 
 
@@ -64,17 +63,14 @@ class RunStore(Part, Generic[RunT]):
         self._turn = asyncio.Lock()  # one write after the other
 
     async def open(self) -> None:
-        """Find the runs of before."""
         for run in await asyncio.to_thread(lambda: sorted(self._kept(), key=lambda one: one.at_s)):
             self.runs[run.id] = run
 
     async def close(self) -> None:
-        """End what runs."""
         await end(self._task)
 
     @property
     def running(self) -> bool:
-        """True while a run is under way."""
         return self._task is not None and not self._task.done()
 
     def find(self, run_id: str) -> RunT:

@@ -164,7 +164,6 @@ class Runtime:
             self.keep(asyncio.create_task(asyncio.to_thread(self.robot.close)))
 
     async def close(self) -> None:
-        """Stop the robot and let go of everything."""
         self.shut_down()
         await end(*self._tasks)
         with contextlib.suppress(BeckonError):
@@ -188,7 +187,6 @@ class Runtime:
 
     @property
     def pace(self) -> PilotPace:
-        """How the pilot keeps up."""
         return self.pilots.pace
 
     async def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
@@ -229,7 +227,6 @@ class Runtime:
                 part.equip(pilot)
 
     def _adopted(self, settings: Settings) -> None:
-        """Settings that are declared live have changed."""
         for part in self.parts:
             part.adopt(settings)
         self.equip()

@@ -129,7 +129,6 @@ def near(value: float) -> float:
 
 
 def rounded(values: Array, digits: int) -> list[tuple[float, ...]]:
-    """Rows of an array, rounded."""
     return np.round(values.astype(np.float64), digits).tolist()
 
 
@@ -139,13 +138,11 @@ def short(covariance: Array) -> list[list[float]]:
 
 
 def pose(estimate: Estimate) -> messages.PoseState:
-    """A pose and its covariance."""
     at = estimate.pose
     return messages.PoseState(near(at.x), near(at.y), near(at.heading), short(estimate.covariance))
 
 
 def true_pose(snapshot: Snapshot) -> messages.TruePose | None:
-    """The true pose of the simulated robot."""
     return None if snapshot.truth is None else filled(messages.TruePose, snapshot.truth, 4)
 
 
@@ -159,7 +156,6 @@ def by_laser(snapshot: Snapshot) -> messages.LaserReferenceState | None:
 
 
 def landmark(row: Landmark) -> messages.LandmarkRow:
-    """A row of the table of landmarks."""
     x, y = row.position.tolist()
     return messages.LandmarkRow(row.id, near(x), near(y), short(row.covariance), row.hits, row.misses, row.kind)
 
@@ -180,12 +176,10 @@ def notice_line(notice: Notice) -> messages.NoticeLine:
 
 
 def command(status: ActiveCommandStatus) -> messages.CommandState:
-    """A command and how it goes."""
     return msgspec.convert({**vars(status), **code_of(status.remark)._asdict()}, messages.CommandState)
 
 
 def route(run: RouteRun | None) -> messages.RouteUnderWay | None:
-    """How the route goes."""
     if run is None:
         return None
     place, stops, found = run.here.place, len(run.route.stops), code_of(run.reason)
@@ -193,7 +187,6 @@ def route(run: RouteRun | None) -> messages.RouteUnderWay | None:
 
 
 def camera(view: CameraView) -> messages.CameraOverlay:
-    """The outlines that perception drew on the newest picture."""
     edges: list[messages.EdgeLine] = []
     for edge in view.edges:
         (u0, v0), (u1, v1) = rounded(np.stack((edge.top, edge.bottom)), 1)
@@ -229,7 +222,6 @@ def robot(snapshot: Snapshot, around: StateContext, rate_hz: float) -> messages.
 
 
 def agreement(found: MoveAgreement | None) -> messages.MoveAgreementState | None:
-    """How far wheels and scans agree."""
     if found is None:
         return None
     scales = (found.turn_scale, found.turn_sd, found.way_scale, found.way_sd)
@@ -258,7 +250,6 @@ def lease(held: Lease, now: float) -> messages.LeaseState:
 
 
 def recorder(service: RecordingService) -> messages.RecorderState:
-    """The recorder."""
     now = service.state
     return messages.RecorderState(
         now.name, round(now.seconds, 1), now.bytes, round(now.ring_s, 1), service.ring_limit_s, service.revision
@@ -300,7 +291,6 @@ def camera_view(camera: Camera) -> tuple[float, float]:
 
 
 def card(profile: Profile) -> messages.RobotCard:
-    """The description of the robot."""
     view = None if profile.camera is None else camera_view(profile.camera)
     own = {"camera_view_rad": view, "capabilities": sorted(profile.capabilities)}
     return filled(messages.RobotCard, profile, **own)
@@ -311,7 +301,6 @@ MAX_TRAIL_POINTS = 200  # of the other way of a recording
 
 
 def late_command(late: LateCommand | None) -> messages.LateCommandState | None:
-    """The command that a person may confirm."""
     return None if late is None else messages.LateCommandState(late.id, late.command.heard_as)
 
 

@@ -76,7 +76,6 @@ class Visit:
         return values[0] if values else None
 
     def cookie(self, name: str) -> str | None:
-        """A cookie's value."""
         pairs = (pair.partition("=") for line in self.headers.get("cookie", ()) for pair in line.split(";"))
         return next((value.strip() for key, _, value in pairs if key.strip() == name), None)
 
@@ -91,7 +90,6 @@ class AccessGuard:
         self._large = 0  # bodies under way that may be large
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer one request or one socket."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
@@ -227,7 +225,6 @@ async def check_json(body: bytes) -> None:
 
 
 def too_large(wanted: BodyLimit) -> Problem:
-    """The answer to a body past its limit."""
     return Problem(413, f"The body is larger than {wanted.most} bytes.")
 
 

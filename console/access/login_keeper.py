@@ -23,7 +23,6 @@ class LoginKeeper(Part):
         self._trouble = ""
 
     async def run(self) -> None:
-        """For as long as the console runs."""
         while True:
             try:
                 await self.settle()
@@ -42,7 +41,6 @@ class LoginKeeper(Part):
                     self._sign_out(person, ENDED)
 
     def tick(self, now: float) -> None:
-        """End the logins whose time is over."""
         for person in self._logins.expire(now):
             self._sign_out(person, "Your login has expired; sign in again.")
 

@@ -130,7 +130,6 @@ class Logins:
         return sorted(self._records.logins.values(), key=lambda login: login.made_s)
 
     def close(self, person: Person) -> None:
-        """End this person's login."""
         self.revoke_login(person.id)
 
     def revoke_login(self, number: str) -> list[Person]:
@@ -243,7 +242,6 @@ class Logins:
         return len(recent) >= MAX_WRONG
 
     def guessed(self, address: str, now: float) -> None:
-        """This address showed a wrong token."""
         if len(self._wrong) >= MOST_ADDRESSES:
             self._wrong.pop(next(iter(self._wrong)))
         self._wrong.setdefault(address, []).append(now)

@@ -38,13 +38,11 @@ class OpenSockets:
             del self._open[key]
 
     def close_of(self, person: Person, code: int, reason: str) -> None:
-        """Close all sockets of a person."""
         for other, close in list(self._open.values()):
             if other.id == person.id:
                 close(code, reason)
 
     def are_open(self, person: Person) -> bool:
-        """Return whether this person has a socket open."""
         return any(other.id == person.id for other, _ in self._open.values())
 
     @property
@@ -53,7 +51,6 @@ class OpenSockets:
         return len({person.id for person, _ in self._open.values()})
 
     def close_all(self, code: int, reason: str) -> None:
-        """Close every socket."""
         for _, close in list(self._open.values()):
             close(code, reason)
 

@@ -78,7 +78,6 @@ class LoginRecord(msgspec.Struct, frozen=True):
 
     @property
     def person(self) -> Person:
-        """The person who signed in."""
         return Person(self.id, self.name, self.role)
 
 
@@ -89,7 +88,6 @@ class Records(msgspec.Struct):
     logins: dict[str, LoginRecord] = msgspec.field(default_factory=dict[str, LoginRecord])
 
     def copy(self) -> Records:
-        """The same, to be changed apart."""
         return Records(dict(self.keys), dict(self.logins))
 
     @property

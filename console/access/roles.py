@@ -13,15 +13,12 @@ T = TypeVar("T", bound=Callable[..., Any])
 
 @dataclass(frozen=True)
 class BodyLimit:
-    """The types and the size of body that a route takes."""
-
     types: tuple[str, ...]
     most: int  # [bytes]
     patience: float = 1.0  # times the ordinary time for a whole body
 
     @property
     def is_json(self) -> bool:
-        """True if the body is read as JSON."""
         return "application/json" in self.types
 
 
@@ -36,8 +33,6 @@ PICTURE = BodyLimit(("image/jpeg", "image/png", ANY_FILE), 20_000_000, 6.0)
 
 @dataclass(frozen=True)
 class Requirement:
-    """The role and the body that a route asks for."""
-
     role: str  # public | viewer | operator | admin
     reads_body: bool = True  # False: acts on the headers alone, so that nothing in the body can delay or break it
     body: BodyLimit = JSON
@@ -73,7 +68,6 @@ def check_roles(routes: Iterable[BaseRoute]) -> None:
 
 
 def need_for(routes: Iterable[BaseRoute], scope: Any) -> Requirement:
-    """Return the requirement of the route that this request takes."""
     nearest = FORGOTTEN
     for route in routes:
         match, _ = route.matches(scope)

@@ -57,7 +57,6 @@ def finite(text: str) -> float:
 
 
 def short_integer(text: str) -> int:
-    """Integers of a sane length."""
     if len(text) > LONGEST_INTEGER:
         raise BadInput("A number is too large; send finite numbers.")
     return int(text)

@@ -50,18 +50,15 @@ def complete(app: FastAPI, runtime: Any, files: PageFiles, routes: Sequence[Base
 
 
 def problem_response(problem: Problem) -> Response:
-    """A problem as a response."""
     return Response(problem.body(), problem.status, problem.headers, "application/problem+json")
 
 
 async def on_problem(_: Request, problem: Exception) -> Response:
-    """A refusal of ours."""
     assert isinstance(problem, Problem)
     return problem_response(problem)
 
 
 async def on_error(_: Request, error: Exception) -> Response:
-    """A sentence of the core."""
     assert isinstance(error, BeckonError)
     return problem_response(problem_of(error))
 
@@ -76,7 +73,6 @@ async def on_invalid(_: Request, invalid: Exception) -> Response:
 
 
 def field_of(error: Any) -> str:
-    """The name of the field that is wrong, where it is one of ours."""
     ours = error["type"] != "extra_forbidden" and len(error["loc"]) > 1
     return str(error["loc"][1]) if ours else ""
 

@@ -46,8 +46,6 @@ GONE = CloseSocket(1000, "The browser left.")
 
 
 class AudioSocket:
-    """One browser's microphone."""
-
     def __init__(self, runtime: Runtime, socket: WebSocket, person: Person) -> None:
         self._runtime, self._socket, self._person = runtime, socket, person
         self._page = next(PAGES)
@@ -63,7 +61,6 @@ class AudioSocket:
         self._mouth: RoomMouth | None = None  # of the person in the simulated room who speaks instead
 
     async def run(self) -> None:
-        """From the handshake to the end."""
         try:
             with self._runtime.sockets.room_for(self._person, self._close):
                 await self._socket.accept()
@@ -256,6 +253,5 @@ class AudioSocket:
         self._tell(outcome.transcript(self._number, delay))
 
     def _rejected(self, pending_command: PendingCommand) -> None:
-        """A pending command of this person was rejected."""
         if pending_command.source == SOURCE and pending_command.person.id == self._person.id:
             self._runtime.parts[BrowserMicrophone].reject(pending_command.words, self._page)

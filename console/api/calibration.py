@@ -222,7 +222,6 @@ async def accept(
 
 
 async def acted(sessions: CalibrationService, id: str, job: Job[jobs.SessionAnswer]) -> CalibrationSessionState:
-    """Do a job of the worker and show the session as it is then."""
     session = sessions.find(id)
     await session.act(job)
     return session.shown

@@ -169,7 +169,6 @@ def row_of(kind: CommandSpec) -> VocabularyRow:
 
 
 def entry_row(entry: HistoryEntry) -> HistoryRow:
-    """A row of the history."""
     duration = None if entry.ended is None else round(entry.ended - entry.wall, 3)
     times = {"at_s": entry.wall, "ended_s": entry.ended, "duration_s": duration}
     return msgspec.convert({**vars(entry), **times, **code_of(entry.remark)._asdict()}, HistoryRow)

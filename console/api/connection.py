@@ -226,7 +226,6 @@ def recorded(history: History, what: str, who: Person, url: str) -> Generator[No
 
 
 def choices(asked: ProbeRequest) -> list[TopicChoice]:
-    """The operator's choice of topics."""
     return [TopicChoice(part=one.part, role=one.role, topics=tuple(one.topics)) for one in asked.topics]
 
 

@@ -123,7 +123,6 @@ class ApiDescription:
         self._written: asyncio.Task[str] | None = None
 
     async def written(self) -> str:
-        """Wait until it is written."""
         if self._written is None:
             self._written = asyncio.create_task(asyncio.to_thread(lambda: json.dumps(self._app.openapi())))
         return await asyncio.shield(self._written)

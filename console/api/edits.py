@@ -69,7 +69,6 @@ def row_of(edit: EditMark) -> EditRow:
 
 
 def list_of(service: EditService) -> EditList:
-    """Everything that was edited."""
     rows = [row_of(one) for one in service.edits]
     return EditList(rows, max((row.id for row in rows if row.holds), default=0))
 

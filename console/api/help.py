@@ -64,7 +64,6 @@ async def help_page(path: str, request: Request) -> Response:
 
 @lru_cache(maxsize=64)
 def rendered(file: Path, _changed: int, root: str) -> str:
-    """A Markdown file as a page."""
     return as_page(file.read_text(encoding="utf-8"), root)
 
 
@@ -108,5 +107,4 @@ def numbered(tokens: Sequence[Token]) -> list[tuple[str, str]]:
 
 
 def scrolled_code(_: object, tokens: Sequence[Token], number: int, _options: object, _env: object) -> str:
-    """A block of code that the keyboard can scroll."""
     return f'<pre tabindex="0"><code>{html.escape(tokens[number].content)}</code></pre>\n'

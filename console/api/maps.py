@@ -263,6 +263,5 @@ def rings_cm(rings: tuple[Array, ...]) -> list[list[int]]:
 
 
 def map_row(card: MapInfo) -> SavedMapRow:
-    """A saved map, without its files."""
     facts = {name: getattr(card, name) for name in SavedMapFacts.__struct_fields__}
     return SavedMapRow(**facts, verified=bool(card.files))

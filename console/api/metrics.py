@@ -59,7 +59,6 @@ async def read_metrics(behind: Behind, request: Request) -> Response:
 
 
 def figures_of(behind: Runtime) -> Iterable[Metric]:
-    """Every figure at one instant."""
     link, age = behind.robot.link()
     gate, pace = behind.robot.status(), behind.pace
     snapshot = behind.snapshot

@@ -83,7 +83,6 @@ def version_of(folder: Path) -> str:
 
 @lru_cache(maxsize=1024)
 def _digest(path: Path, _changed: int, _size: int) -> bytes:
-    """Return the digest of a file's contents."""
     return hashlib.sha256(path.read_bytes()).digest()
 
 

@@ -46,14 +46,12 @@ class ActiveDetector(OfferedModel, frozen=True, kw_only=True):
 
 
 def offered(model: str) -> dict[str, str | bool | int]:
-    """Look at what is installed."""
     spec = MODELS[model]
     facts = {"megabytes": spec.megabytes, "gives": spec.gives, "licence": spec.licence}
     return {"model": model, "installed": find(model) is not None, **facts}
 
 
 def active_recognizer(settings: SpeechSettings) -> ActiveRecognizer:
-    """Return which engine reads words."""
     try:
         active = chosen(settings).says
     except Unavailable as absent:
@@ -62,7 +60,6 @@ def active_recognizer(settings: SpeechSettings) -> ActiveRecognizer:
 
 
 def active_detector(look: LookService) -> ActiveDetector:
-    """Return what looks for people."""
     look_ms = None if look.seconds is None else round(1e3 * look.seconds, 1)
     return msgspec.convert({"active": look.says, "look_ms": look_ms, **offered(PEOPLE_MODEL)}, ActiveDetector)
 

@@ -79,7 +79,6 @@ async def experiment_report(
 
 
 def sent(document: str, name: str) -> Response:
-    """A report as a download."""
     return file_named(document.encode(), f"report-{name}.html", MEDIA_TYPE)
 
 
@@ -140,7 +139,6 @@ def drive_document(maps: MapService, commands: list[tuple[str, str, str, str, st
 
 
 def experiment_document(run: ExperimentRun, kept: ExperimentRuns) -> str:
-    """Figures, pictures and text of a run."""
     shown = run.shown
     facts = [
         ("run by", f"{shown.who}, {clock(shown.at_s)}"),

@@ -77,7 +77,6 @@ class RouteProgress(msgspec.Struct, frozen=True):
 
 
 def progress_of(run: RouteRun | None) -> RouteProgress:
-    """How the route goes."""
     if run is None:
         return RouteProgress(None, 0, 0, "idle", "")
     return RouteProgress(

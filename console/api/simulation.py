@@ -44,7 +44,6 @@ class PlaceRequest(RequestBody):
     again: bool | None = None
 
     def request(self) -> requests.PlaceThing | requests.CarryRobot:
-        """The request to the driver."""
         if self.what == "robot":
             return requests.CarryRobot(x_m=self.x_m, y_m=self.y_m, heading_rad=self.heading_rad)
         return msgspec.convert(self.model_dump(), requests.PlaceThing)
@@ -80,7 +79,6 @@ class PlaceBoardRequest(RequestBody):
     holder: bool = False
 
     def request(self) -> requests.PlaceBoard:
-        """Return the request that goes to the driver."""
         return msgspec.convert(self.model_dump(exclude={"what"}), requests.PlaceBoard)
 
 

@@ -45,8 +45,6 @@ MAX_STOP_MESSAGE = 512  # bytes of a stop or a halt
 
 
 class StateSocket:
-    """One socket's conversation."""
-
     def __init__(self, runtime: Runtime, socket: WebSocket, person: Person) -> None:
         self._runtime = runtime
         self._socket = socket
@@ -60,7 +58,6 @@ class StateSocket:
         self._press: int | None = None  # of the key that this socket's hand holds down
 
     async def run(self) -> None:
-        """From the handshake to the end."""
         try:
             with self._runtime.sockets.room_for(self._person, self._viewer.close):
                 await self._socket.accept()
@@ -101,7 +98,6 @@ class StateSocket:
     # down
 
     async def _speak(self) -> None:
-        """Send the newest messages until the socket closes."""
         try:
             while (message := await self._viewer.next(self._runtime.broadcaster)) is not None:
                 async with asyncio.timeout(SEND_TIME):

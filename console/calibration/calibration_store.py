@@ -61,7 +61,6 @@ class CalibrationStore:
 
     @property
     def camera(self) -> CameraModel | None:
-        """The camera in use."""
         document = self._documents.get("camera")
         return None if document is None else model_in(document)
 
@@ -78,7 +77,6 @@ class CalibrationStore:
         return None if document is None else model_in(document)
 
     def report(self, kind: CalibrationKind) -> Document | None:
-        """Everything there is to say about it, with who accepted it and when."""
         document = self._documents.get(kind)
         if document is None:
             return None

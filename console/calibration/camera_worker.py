@@ -29,14 +29,11 @@ UNKNOWN_SD_SHARE = 0.05  # share of the focal length: a standard deviation beyon
 
 
 class CameraWorker(SessionWorker[CameraSession]):
-    """One camera session."""
-
     def __init__(self) -> None:
         super().__init__(CameraSession(Board(columns=9, rows=6, square=0.03)))
         self._sized: tuple[int, int] | None = None  # of the pictures, as the page knows it
 
     def open(self, job: jobs.OpenCamera) -> jobs.SessionAnswer:
-        """Begin, or go on."""
         state = msgspec.json.decode(job.state, type=CameraState | None)
         self._session = CameraSession(board_of(job.board)) if state is None else CameraSession.resumed(state)
         self._session.board = board_of(job.board)
@@ -65,11 +62,9 @@ class CameraWorker(SessionWorker[CameraSession]):
         return self._looked(self._session.capture(job.grey, name), job.grey, original=False)
 
     def refresh(self, _: jobs.RefreshSession | None = None) -> jobs.SessionAnswer:
-        """All of it, as it is."""
         return jobs.SessionAnswer(size=self._session.size, change=self._change())
 
     def accept(self, job: jobs.AcceptCamera) -> jobs.AcceptedCamera:
-        """The camera as it is stored."""
         session, found = self._session, self._session.calibration
         self.check_acceptable(solved=found is not None, force=job.force)
         assert found is not None

@@ -34,12 +34,10 @@ def advised_view(advice: Advice | None) -> AdvisedView | None:
 
 
 def png(grey: Array) -> bytes:
-    """Without loss."""
     return cv2.imencode(".png", grey)[1].tobytes()
 
 
 def camera_in(session: CalibrationSessionState) -> CameraModel | None:
-    """The solved camera, where there is one."""
     if session.kind != "camera" or session.solution is None:
         return None
     width, height = session.solution["image_size"]

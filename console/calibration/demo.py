@@ -25,8 +25,6 @@ SETTLED = ("same", "refused")  # verdicts after which holding on is no use
 
 @dataclass(frozen=True)
 class SessionView:
-    """The state of the session, as far as the demo needs it."""
-
     number: int = 0  # of the newest verdict
     kind: str = ""  # of the newest verdict
     ready: bool = False  # the calibration can be accepted
@@ -95,7 +93,6 @@ class BoardDemo:
             await self._move_on(now, sight)
 
     async def leave(self) -> None:
-        """Take the board away, if it is there."""
         if self._shown:
             self._shown, self._phase = False, "beside"
             try:

@@ -37,7 +37,6 @@ class StoredPose(msgspec.Struct, frozen=True):
 
     @classmethod
     def of(cls, taken: TakenPose, room: int) -> StoredPose:
-        """A pose of a session."""
         pose = taken.pose
         rays = pose.scan.rays
         return cls(
@@ -54,7 +53,6 @@ class StoredPose(msgspec.Struct, frozen=True):
         )
 
     def taken(self, background: Array | None) -> TakenPose:
-        """The pose in a session."""
         rotation, translation = np.array(self.rotation), np.array(self.translation_m)
         covariance = np.array(self.covariance)
         board = BoardPose(
@@ -78,7 +76,6 @@ class LaserState(msgspec.Struct, frozen=True):
 
     @classmethod
     def of(cls, session: LaserSession) -> LaserState:
-        """A session as it is stored."""
         numbers: dict[bytes, int] = {}
         rooms: list[Ranges | None] = []
         taken: list[StoredPose] = []

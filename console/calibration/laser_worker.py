@@ -34,8 +34,6 @@ LIVE_SD = 0.01  # [m] of a single range, for the line that is shown live
 
 
 class LaserWorker(SessionWorker[LaserSession]):
-    """One laser session."""
-
     def __init__(self) -> None:
         super().__init__(LaserSession(Board(columns=9, rows=6, square=0.03), TABLE_3))
         self._grey: Array | None = None
@@ -43,12 +41,10 @@ class LaserWorker(SessionWorker[LaserSession]):
         self._beams = np.empty(0, int)  # of the newest scan that end on the board
 
     def open(self, job: jobs.OpenLaser) -> jobs.SessionAnswer:
-        """Begin, or go on."""
         self._session = resumed(job.board, job.camera, job.mount, job.state)
         return self.refresh() if job.solved is None else self.adopt(jobs.AdoptSolution(job.solved))
 
     def look(self, job: jobs.LookAtPicture) -> jobs.SessionAnswer:
-        """Look for the still board in a live picture of the robot."""
         grey, model = job.grey, self._session.model
         if grey.shape != (model.height, model.width):
             raise BadInput(
@@ -74,17 +70,14 @@ class LaserWorker(SessionWorker[LaserSession]):
         return msgspec.structs.replace(answer, counted=counted, check=self._check())
 
     def forget_room(self, _: jobs.ForgetRoom) -> jobs.SessionAnswer:
-        """Look at the empty room again."""
         self._session.forget_room()
         words = "The empty room is looked at again: step out of the laser's view."
         return self._answer(changed=True, verdict=BoardVerdict(kind="background", words=words))
 
     def refresh(self, _: jobs.RefreshSession | None = None) -> jobs.SessionAnswer:
-        """All of it, as it is."""
         return self._answer(changed=True)
 
     def accept(self, job: jobs.AcceptMount) -> jobs.AcceptedMount:
-        """The mount as it is stored."""
         session, found = self._session, self._session.calibration
         self.check_acceptable(solved=found is not None, force=job.force)
         assert found is not None

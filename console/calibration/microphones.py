@@ -52,7 +52,6 @@ class MicrophoneRecorder:
         self._news = asyncio.Event()
 
     def took(self, sound: Sound | None) -> None:
-        """Take the sound of the robot's newest frame."""
         if sound is not None and self._seconds:
             self._sound = joined(self._sound, sound, self._seconds)
             self._news.set()
@@ -125,7 +124,6 @@ class AcceptedOrientation(msgspec.Struct, frozen=True):
 
     @property
     def orientation(self) -> Orientation:
-        """As the array takes it."""
         return Orientation(yaw=self.yaw, yaw_sd=self.yaw_sd, mirrored=self.mirrored, residual=self.residual)
 
 
@@ -258,7 +256,6 @@ class MicrophoneCalibration(Part):
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> None:
-        """Load the accepted orientation."""
         try:
             self.active, self._verified = await asyncio.to_thread(read_orientation, self._path)
         except BadInput as wrong:
@@ -266,13 +263,11 @@ class MicrophoneCalibration(Part):
             log.warning(self.trouble)
 
     async def close(self) -> None:
-        """End the running measurement."""
         await end(self._task)
         self._worker.kill()
         await self._worker.gone()
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """The newest of what the robot does and hears."""
         self.moves = abs(snapshot.velocity.v) > MOVING_SPEED or abs(snapshot.velocity.w) > MOVING_SPEED
         if not self.busy:
             self._listening = snapshot.hearing is not None and snapshot.hearing.listening
@@ -313,7 +308,6 @@ class MicrophoneCalibration(Part):
         self._start(self._clap(asked, asked if show else None), show=show)
 
     def forget(self) -> None:
-        """Begin again."""
         self.wizard, self.verdict = OrientationWizard(), ""
 
     def drop(self, number: int) -> None:
@@ -338,14 +332,12 @@ class MicrophoneCalibration(Part):
         await self._use(None)
 
     def checked(self) -> ArrayCheck:
-        """The result of the newest self-check."""
         found = self.faults
         well = None if found is None else not any(fault.serious for fault in found)
         return ArrayCheck(self.busy, well, found or (), self.trouble)
 
     @property
     def state(self) -> MicrophonesState:
-        """Everything that the wizard's page shows."""
         solved = self.wizard.solve()
         found = None if isinstance(solved, str) else solved
         return MicrophonesState(

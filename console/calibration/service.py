@@ -63,7 +63,6 @@ class SessionUpdates:
         self._later: dict[str, asyncio.TimerHandle] = {}
 
     def watched(self, session_id: str) -> bool:
-        """Return whether any socket wants this session."""
         return self._broadcaster.watched(topic_of(session_id))
 
     def changed(self, session: CalibrationSessionState, *, urgent: bool) -> None:
@@ -77,14 +76,12 @@ class SessionUpdates:
             self._later[session.id] = asyncio.get_running_loop().call_later(wait, self.publish, session)
 
     def publish(self, session: CalibrationSessionState) -> None:
-        """Publish the session as it is."""
         if (waiting := self._later.pop(session.id, None)) is not None:
             waiting.cancel()
         self._published_at[session.id] = time.monotonic()
         self._broadcaster.publish(topic_of(session.id), messages.encode(CalibrationNews(session)).decode())
 
     def forget(self, session_id: str) -> None:
-        """The session was deleted."""
         if (waiting := self._later.pop(session_id, None)) is not None:
             waiting.cancel()
         self._published_at.pop(session_id, None)
@@ -135,7 +132,6 @@ class CalibrationService(Part):
     # life
 
     async def open(self) -> None:
-        """Load the stored sessions and calibrations."""
         await asyncio.to_thread(self.active.open)
         for kept in await asyncio.to_thread(lambda: list(kept_sessions(self._home))):
             shown = kept.shown
@@ -373,7 +369,6 @@ class SessionList:
 
 
 def listed(session: CalibrationSession) -> SessionRow:
-    """A session in the list of all."""
     shown = session.shown
     return SessionRow(
         id=shown.id,

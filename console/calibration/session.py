@@ -70,7 +70,6 @@ class CalibrationSession(ABC):
 
     @property
     def busy(self) -> bool:
-        """True while a job is under way."""
         return self._waiting > 0 or self.solver is not None
 
     @abstractmethod
@@ -122,16 +121,13 @@ class CalibrationSession(ABC):
             return await self._acceptance(force=force)
 
     def trouble(self, words: str, kind: VerdictKind = "trouble") -> None:
-        """Tell the person what went wrong."""
         self._show_verdict(CalibrationVerdict(kind, words), None)
         self._shown(self, True)
 
     def show(self, *, urgent: bool = False) -> None:
-        """Something about the session has changed."""
         self._shown(self, urgent)
 
     async def save(self) -> None:
-        """Write all of it."""
         try:
             async with self._writing:
                 if not self._deleted:
@@ -176,7 +172,6 @@ class CalibrationSession(ABC):
         await self._worker.gone()
 
     def _encoded(self) -> bytes:
-        """All of it, as it is now."""
         whole = StoredSession(
             FORM_VERSION, self.card, self.shown, msgspec.Raw(self._state), self.pictures, self.exports
         )
@@ -235,7 +230,6 @@ class CalibrationSession(ABC):
         self._shown(self, answer.counted is not None)
 
     def _learn(self, answer: jobs.SessionAnswer, stamp: float | None = None) -> None:
-        """Update what the page is shown."""
         shown = self.shown
         shown.size = answer.size
         shown.scan = answer.scan or shown.scan
@@ -268,7 +262,6 @@ class CalibrationSession(ABC):
             self._counted_until = time.monotonic() + DWELL_S
 
     async def _keep(self, counted: jobs.CountedPicture, content: bytes | None) -> None:
-        """The picture of a view that was counted."""
         picture = counted.picture or content
         if not picture:
             return
@@ -324,8 +317,6 @@ class CalibrationSession(ABC):
 
 
 class CameraCalibrationSession(CalibrationSession):
-    """A session that finds the camera's own parameters."""
-
     def _opening(self) -> jobs.OpenCamera:
         return jobs.OpenCamera(self.card.board, self._state, self._solved)
 

@@ -38,13 +38,11 @@ class StoredMount(msgspec.Struct, frozen=True):
 
     @classmethod
     def of(cls, mount: Mount) -> StoredMount:
-        """The prior knowledge as it is stored."""
         nominal = mount.nominal
         return cls(nominal.rotation.tolist(), nominal.translation.tolist(), [float(sd) for sd in mount.spread])
 
     @property
     def mount(self) -> Mount:
-        """The prior knowledge of the mount."""
         nominal = Transform(rotation=np.array(self.rotation), translation=np.array(self.translation_m))
         return Mount(nominal=nominal, spread=tuple(self.spread))
 
@@ -113,12 +111,10 @@ class SessionStore:
         return packed
 
     def remove(self) -> None:
-        """For good."""
         shutil.rmtree(self.path, ignore_errors=True)
 
 
 def small_name(name: str) -> str:
-    """The thumbnail's file of a picture's file."""
     return name.partition(".")[0] + "_small.jpg"
 
 

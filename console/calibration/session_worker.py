@@ -28,22 +28,18 @@ class SessionWorker(ABC, Generic[SessionT]):
         """All of it, as it is."""
 
     def adopt(self, job: jobs.AdoptSolution) -> jobs.SessionAnswer:
-        """Take over a solution of the solver worker."""
         self._session.adopt(job.solved.calibration, job.solved.names)
         return self.refresh()
 
     def drop(self, job: jobs.DropView) -> jobs.SessionAnswer:
-        """Leave a view out."""
         self._session.drop(job.name)
         return self.refresh()
 
     def restore(self, job: jobs.RestoreView) -> jobs.SessionAnswer:
-        """Take it back in."""
         self._session.restore(job.name)
         return self.refresh()
 
     def skip(self, _: jobs.SkipAdvice) -> jobs.SessionAnswer:
-        """Another suggestion."""
         self._session.skip()
         return self.refresh()
 

@@ -37,7 +37,6 @@ class SolverWorker:
     """Remembers nothing from job to job."""
 
     def solve_camera(self, job: jobs.SolveCamera) -> jobs.CameraSolution:
-        """Solve a camera's session."""
         session = CameraSession.resumed(msgspec.json.decode(job.state, type=CameraState))
         session.board = board_of(job.board)
         names = [view.name for view in session.views]
@@ -55,7 +54,6 @@ class SolverWorker:
         return jobs.CameraSolution(jobs.SolvedCamera(found, names), shown, camera_exports(found, report))
 
     def solve_laser(self, job: jobs.SolveLaser) -> jobs.LaserSolution:
-        """Solve a laser's session."""
         session = resumed(job.board, job.camera, job.mount, job.state)
         names = [pose.name for pose in session.poses]
         found = session.solve(printed=job.printed)
@@ -68,7 +66,6 @@ class SolverWorker:
         return correction_report(job.camera)
 
     def picture(self, job: jobs.StraightenPicture) -> bytes:
-        """Show a stored picture."""
         grey, _ = read_grey(job.content)
         if job.camera is not None:
             model = job.camera
@@ -78,7 +75,6 @@ class SolverWorker:
         return jpeg(grey)
 
     def read_file(self, job: jobs.ReadCalibrationFile) -> jobs.ImportedCamera | jobs.ImportedMount:
-        """Read a file of any form."""
         text = job.text
         if not holds_mount(text):
             return imported_camera(text)

@@ -63,12 +63,10 @@ class Knock:
 
     @property
     def host(self) -> str:
-        """Its host."""
         return host_of(self.url)
 
     @property
     def port(self) -> int:
-        """Its port."""
         return urlsplit(self.url).port or 0
 
     async def answers(self) -> bool:
@@ -129,7 +127,6 @@ class ConnectionService(Part):
 
     @property
     def real(self) -> bool:
-        """True where the console drives a real robot."""
         return self._robot.profile.kind == "LIVE"
 
     async def found(self) -> FoundRobot:

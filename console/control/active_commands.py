@@ -15,8 +15,6 @@ RENEWED_BY = {
 
 @dataclass(frozen=True)
 class ActiveCommand:
-    """A command that is under way."""
-
     person: Person
     source: str
     given: float  # [s]
@@ -47,20 +45,16 @@ class ActiveCommands:
         return len(self._commands)
 
     def begin(self, number: int, active: ActiveCommand) -> None:
-        """One more."""
         self._commands[number] = active
 
     def end(self, number: int) -> None:
-        """It has ended."""
         self._commands.pop(number, None)
         self._cancelled.discard(number)
 
     def cancel(self) -> None:
-        """All are about to end."""
         self._cancelled |= self._commands.keys()
 
     def clear(self) -> None:
-        """All have ended."""
         self._commands.clear()
         self._cancelled.clear()
 

@@ -76,7 +76,6 @@ class Spoken:
 
     @classmethod
     def now(cls) -> Spoken:
-        """Words that were given this very moment."""
         now = time.monotonic()
         return cls(now, now)
 

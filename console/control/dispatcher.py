@@ -46,8 +46,6 @@ LET_GO = 0.5  # [s] without a moving jog after which the press has ended
 
 
 class CommandDispatcher:
-    """Takes commands and records how they end."""
-
     def __init__(
         self,
         robot: RobotSupervisor,

@@ -17,7 +17,6 @@ class DurableAnswers:
         self._history = history
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer one request."""
         if scope["type"] != "http" or scope["method"] in SAFE_METHODS or scope["path"] in URGENT:
             await self._app(scope, receive, send)
             return

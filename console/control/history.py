@@ -82,12 +82,10 @@ class History:
         self._newest = 0
 
     def open(self) -> None:
-        """Remember earlier runs."""
         self._older = self._store.open()
         self._newest = max((entry.id for entry in self._older), default=0)
 
     def close(self) -> None:
-        """Write the waiting entries."""
         for counted in self._counted.values():
             self._store.keep(counted.entry)
         self._store.close()
@@ -173,6 +171,5 @@ class History:
 
 
 def row_of(heard: Command, words: str, source: str) -> CommandFields:
-    """The fields of a history entry that describe a command."""
     numbers = dict(heard.numbers)
     return CommandFields(source=source, words=words, heard_as=heard.heard_as, name=heard.name, numbers=numbers)

@@ -62,8 +62,6 @@ FORGET = f"DELETE FROM {TABLE} WHERE id < (SELECT id FROM {TABLE} ORDER BY id DE
 
 
 class HistoryStore:
-    """The file of history entries, and its writer."""
-
     def __init__(self, path: Path, run: float, complain: Callable[[str], None]) -> None:
         """`complain`, from any thread: why rows are not on disk, and "" when they are again."""
         self._path = path
@@ -100,7 +98,6 @@ class HistoryStore:
         return settled
 
     def close(self) -> None:
-        """Write the waiting entries and stop."""
         self._waiting.put(None)
         if self._writer.is_alive():
             self._writer.join(2.0)

@@ -24,8 +24,6 @@ class ControlRequest:
 
 
 class Lease:
-    """The right to drive, which one person holds."""
-
     def __init__(self) -> None:
         self.epoch = 0
         self.holder: Person | None = None
@@ -34,7 +32,6 @@ class Lease:
         self._sockets: dict[str, int] = {}
 
     def held_by(self, person: Person) -> bool:
-        """Return whether this person drives."""
         return self.holder is not None and self.holder.id == person.id
 
     def rank(self, person: Person) -> int:
@@ -54,7 +51,6 @@ class Lease:
         self._seen = now
 
     def take(self, person: Person, now: float) -> None:
-        """Take the lease from its holder."""
         if not self.held_by(person):
             self._change(person)
         self._seen = now
@@ -100,7 +96,6 @@ class Lease:
             self._change(None)
 
     def is_present(self, person: Person) -> bool:
-        """Return whether a control socket of this person is open."""
         return person.id in self._sockets
 
     def connected(self, person: Person, now: float) -> None:

@@ -78,7 +78,6 @@ class OwnNavigationService(Part):
 
     @property
     def there(self) -> bool:
-        """True for a robot with a navigation of its own."""
         return "navigate" in self._robot.profile.capabilities
 
     @property
@@ -98,7 +97,6 @@ class OwnNavigationService(Part):
         self._poses.append((snapshot.stamp, snapshot.estimate.pose))
 
     async def run(self) -> None:
-        """Look after it for as long as the console runs."""
         while self.there:
             try:
                 await self._look()
@@ -145,7 +143,6 @@ class OwnNavigationService(Part):
             task.add_done_callback(self._stopping.discard)
 
     def show(self, shown: bool) -> None:
-        """Draw its map in the scene, or not."""
         self.shown = shown
         self._draw()
 

@@ -29,8 +29,6 @@ from core.speech.recognition.decision import Decision
 
 @dataclass(frozen=True)
 class PendingCommand:
-    """A command that waits."""
-
     id: int
     person: Person  # in whose name it begins
     source: str
@@ -42,7 +40,6 @@ class PendingCommand:
 
     @property
     def words(self) -> str:
-        """The command in its own words."""
         return self.command.heard_as
 
 
@@ -116,7 +113,6 @@ class PendingCommands(Part):
         return self.waiting
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """Note whether the robot's own ears hear speech."""
         if snapshot.hearing is not None and snapshot.hearing.speaking:
             self.hear()
 

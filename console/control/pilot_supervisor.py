@@ -40,7 +40,6 @@ class PilotSupervisor:
 
     @property
     def pace(self) -> PilotPace:
-        """How the pilot keeps up."""
         return self.thread.pace if self.thread is not None else PilotPace()
 
     @property
@@ -72,7 +71,6 @@ class PilotSupervisor:
             self._notifications.reset_pilot()
 
     def recalibrated(self) -> None:
-        """From now on the pilot works with another calibration."""
         self._calibrated_at = time.monotonic()
 
     def bury(self, fault: str) -> None:
@@ -98,7 +96,6 @@ class PilotSupervisor:
         self._restart = asyncio.get_running_loop().create_task(self._start_again())
 
     async def close(self) -> None:
-        """End the pilot."""
         self._over = True
         if self._restart is not None:
             self._restart.cancel()

@@ -56,7 +56,6 @@ def with_value(text: str, section: str, name: str, value: Value | None) -> str:
 
 
 def as_toml(value: Value) -> str:
-    """A value as TOML writes it."""
     if isinstance(value, bool):
         return str(value).lower()
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
@@ -146,17 +145,14 @@ class SettingsInUse(Part):
         self._turn = asyncio.Lock()
 
     def equip(self, pilot: Pilot) -> None:
-        """A pilot drives with the settings that hold now."""
         pilot.drive_with(self._now)
 
     @property
     def now(self) -> Settings:
-        """The settings that hold now."""
         return self._now
 
     @property
     def state(self) -> SettingsState:
-        """Every common setting."""
         rows = [self._state(section, one) for section in section_kinds() for one in common(section)]
         return SettingsState(str(self._file), any(row.value != row.saved for row in rows), rows)
 
@@ -227,7 +223,6 @@ def _as_declared(declared: DeclaredSetting, value: Value) -> Value:
 
 
 def shown(value: Value) -> str:
-    """A value in a sentence."""
     if isinstance(value, bool):
         return "on" if value else "off"
     return f"{value:g}" if isinstance(value, float) else str(value)

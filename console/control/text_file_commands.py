@@ -41,7 +41,6 @@ class TextFileCommands(Part):
         self._history, self._notifications, self._snapshot = history, notifications, snapshot
 
     async def run(self) -> None:
-        """Look again and again."""
         while True:
             now = time.monotonic()
             found = await asyncio.to_thread(self._files.look, time.time())

@@ -35,12 +35,10 @@ class ExperimentsWorker:
     """Imports every experiment, which the console itself does not."""
 
     def every(self, _: ListExperiments) -> list[ExperimentEntry]:
-        """Read all declarations."""
         return [entry(name) for name in sorted(EXPERIMENTS)]
 
 
 def entry(name: str) -> ExperimentEntry:
-    """One experiment as it declares itself."""
     return msgspec.convert({**asdict(EXPERIMENTS[name].about), "name": name}, ExperimentEntry)
 
 
@@ -62,7 +60,6 @@ class Catalogue:
         return reading.result()
 
     async def close(self) -> None:
-        """End the worker."""
         await end(self._reading)
         self._worker.kill()
         await self._worker.gone()

@@ -89,7 +89,6 @@ class ExperimentProcess:
                 tell(line, counted(line))
 
     async def _kill(self) -> None:
-        """Nothing of it stays."""
         child = self._child
         if child is None:
             return
@@ -152,8 +151,6 @@ class ExperimentRunState(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ExperimentRun(StoredRun, kw_only=True):
-    """One run, as it is kept."""
-
     entry: ExperimentEntry
     runs: int
     seed: int
@@ -163,7 +160,6 @@ class ExperimentRun(StoredRun, kw_only=True):
 
     @property
     def shown(self) -> ExperimentRunState:
-        """Everything as it is now."""
         of = {"experiment": self.entry.name, "title": self.entry.title, "took_s": self.elapsed_s}
         return msgspec.convert({**msgspec.structs.asdict(self), **of}, ExperimentRunState)
 
@@ -176,7 +172,6 @@ class ExperimentRuns(RunStore[ExperimentRun]):
         self.catalogue = Catalogue()
 
     async def close(self) -> None:
-        """End what runs."""
         await super().close()
         await self.catalogue.close()
 

@@ -53,17 +53,14 @@ class CertificateFiles:
 
     @property
     def authority(self) -> Path:
-        """The authority's certificate."""
         return self.folder / "authority.pem"
 
     @property
     def certificate(self) -> Path:
-        """The certificate of this side."""
         return self.folder / "certificate.pem"
 
     @property
     def key(self) -> Path:
-        """The key of that certificate."""
         return self.folder / "key.pem"
 
     def check(self) -> None:

@@ -126,8 +126,6 @@ class FleetKeyAnswer(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True)
 class FleetAddress:
-    """The address of the fleet's router."""
-
     host: str
     port: int
 
@@ -179,7 +177,6 @@ def key_of(robot: str, what: str) -> str:
 
 
 def robot_of(key: str) -> str:
-    """The robot of a key."""
     return key.split("/")[1]
 
 
@@ -247,7 +244,6 @@ def _rule(name: str, flow: str, messages: Iterable[str], keys: list[str]) -> dic
 
 
 def client_settings(address: FleetAddress, files: CertificateFiles) -> Mapping[str, Any]:
-    """The settings of a session with the fleet's router."""
     tls = {
         "root_ca_certificate": str(files.authority),
         "connect_certificate": str(files.certificate),
@@ -299,7 +295,6 @@ def check_handshake(address: FleetAddress, files: CertificateFiles) -> None:
 
 
 def _refusal(refusal: ssl.SSLError, address: FleetAddress) -> str:
-    """The sentence for what TLS says."""
     if isinstance(refusal, ssl.SSLCertVerificationError):
         if "expired" in refusal.verify_message:
             return Statement("fleet.router_expired", address=address.name)

@@ -125,7 +125,6 @@ class FleetMember(Part):
     # what it says
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """The newest state and picture."""
         self._snapshot = snapshot
         self._image = frame.image or self._image
 
@@ -144,7 +143,6 @@ class FleetMember(Part):
         session.report(msgspec.json.encode(self.report(self._snapshot)))
 
     def report(self, snapshot: Snapshot) -> RobotReport:
-        """How the robot is."""
         (link, age), gate, profile = self._robot.link(), self._robot.status(), self._robot.profile
         pose, active, holder = snapshot.estimate.pose, snapshot.active_command, self._lease.holder
         notice = next((one for one in reversed(self._notifications.shown) if one.cause != NOTICE_CAUSE), None)
@@ -186,7 +184,6 @@ class FleetMember(Part):
         self._soon(self._show(query))
 
     def asked_for_key(self, query: Any) -> None:
-        """A key for a person whom the fleet has signed in."""
         request = msgspec.json.decode(query.payload.to_bytes(), type=FleetKeyRequest)
         self._soon(self._admit(query, request))
 

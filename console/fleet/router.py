@@ -116,7 +116,6 @@ class FleetRouter:
             self._repeat(time.monotonic())
 
     async def close(self) -> None:
-        """Let go of all."""
         await asyncio.to_thread(self._close_session)
 
     def renew(self) -> None:

@@ -21,8 +21,6 @@ UNSEEN_RANK, IDLE_RANK, WORKING_RANK = 99, 98, 97
 
 @dataclass
 class FleetRobot:
-    """One robot."""
-
     name: str
     report: RobotReport | None = None  # None: it has not said anything since this fleet runs
     heard_at: float = 0.0  # [s] when the report came
@@ -32,7 +30,6 @@ class FleetRobot:
     unanswered: bool = False  # a stop of all has no answer of it
 
     def presence(self, now: float, returns_until: float) -> Presence:
-        """Return whether it is there."""
         if self.alive:
             return "live" if self.report is not None and now - self.heard_at <= STALE_AGE_S else "stale"
         return "stale" if self.report is not None and now < returns_until else "gone"
@@ -71,8 +68,6 @@ class FleetRobot:
 
 
 class FleetTable:
-    """The robots by name."""
-
     def __init__(self) -> None:
         self.robots: dict[str, FleetRobot] = {}
         self._returns_until = 0.0
@@ -97,13 +92,11 @@ class FleetTable:
         self._set_alive(name, now, alive=False)
 
     def hear(self, name: str, report: RobotReport, now: float) -> None:
-        """A robot's newest report."""
         if (robot := self.robots.get(name)) is not None:
             robot.report, robot.heard_at = report, now
             self._settle(robot, now)
 
     def tick(self, now: float) -> None:
-        """Let reports grow old."""
         for robot in self.robots.values():
             self._settle(robot, now)
 

@@ -51,7 +51,6 @@ class RobotConsoles:
         self._runtime = runtime
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Hand one request or one socket on."""
         name, _, path = scope["path"].removeprefix("/robots/").partition("/")
         try:
             if scope["type"] == "websocket":
@@ -165,8 +164,6 @@ class RobotConsoles:
 
 
 class Upstream:
-    """One request to a robot's console."""
-
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, address: SplitResult) -> None:
         self._reader, self._writer, self._address = reader, writer, address
         self._line = h11.Connection(h11.CLIENT)
@@ -210,7 +207,6 @@ class Upstream:
         return event.status_code, [(name, value) for name, value in event.headers if name not in KEPT_BACK]
 
     async def rest(self) -> AsyncIterator[bytes]:
-        """The body of the answer."""
         while True:
             event = await self._event()
             if isinstance(event, h11.Data):
@@ -219,7 +215,6 @@ class Upstream:
                 return
 
     def close(self) -> None:
-        """Let go."""
         self._writer.close()
 
     async def _write(self, event: Any) -> None:

@@ -110,7 +110,6 @@ class FleetRuntime:
         await asyncio.to_thread(self.history.close)
 
     def shut_down(self) -> None:
-        """The fleet is ending."""
         if not self.over:
             self.over = True
             self.sockets.close_all(1012, "The fleet is ending.")
@@ -140,7 +139,6 @@ class FleetRuntime:
     # people at robots
 
     def role_at(self, who: Person, robot: str) -> RobotRole:
-        """The rights of this person at this robot."""
         logins = self.access.logins
         opener = next((one.key for one in logins.all_logins() if one.id == who.id), "")
         key = next((one.name for one in logins.all_keys() if one.digest == opener), who.name)

@@ -45,7 +45,6 @@ class ConnectionLimits:
         self._open.setdefault(network_of(address), of_one)[guest] = None
 
     def leave(self, guest: IncrementalProtocol, address: str) -> None:
-        """It has ended."""
         key = network_of(address)
         of_one = self._open.get(key, {})
         of_one.pop(guest, None)

@@ -13,7 +13,6 @@ PIECE = 2**18  # [bytes] of a long file on its way
 
 
 def file_named(content: bytes, name: str, kind: str) -> Response:
-    """A file to take away."""
     return Response(content, media_type=kind, headers=named(name))
 
 

@@ -42,7 +42,6 @@ class IncrementalProtocol(ABC):
 
     @property
     def idle(self) -> bool:
-        """True while no request is under way on it."""
         return False
 
     def drop(self) -> None:
@@ -60,7 +59,6 @@ class IncrementalProtocol(ABC):
         return False
 
     def arrived(self, data: bytes) -> None:
-        """Bytes from the other side."""
         self._unread += data
         if self._next is None:
             self.go_on()
@@ -96,6 +94,5 @@ class IncrementalProtocol(ABC):
             self.go_on_soon()
 
     def forget(self) -> None:
-        """Drop the waiting bytes."""
         self._unread.clear()
         self._parsing.discard(self)

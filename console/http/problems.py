@@ -33,14 +33,12 @@ class Problem(Exception):
         self.more = dict(more or {})
 
     def body(self) -> bytes:
-        """The answer's JSON."""
         title = HTTPStatus(self.status).phrase
         body = {"type": "about:blank", "title": title, "status": self.status, "detail": self.detail, **self.more}
         found = code_of(self.detail)
         return msgspec.json.encode(body if found.code is None else body | found._asdict(), enc_hook=plain)
 
     def header_list(self) -> Headers:
-        """The answer's headers, as ASGI wants them."""
         extra = [(name.lower().encode(), value.encode()) for name, value in self.headers.items()]
         return [(b"content-type", MEDIA_TYPE), (b"content-length", str(len(self.body())).encode()), *extra]
 
@@ -63,7 +61,6 @@ def problem_of(error: BeckonError) -> Problem:
 
 
 def refused(ref: int, error: Problem | BeckonError) -> messages.AnswerMessage:
-    """A refusal as the answer to a socket's message."""
     problem = error if isinstance(error, Problem) else problem_of(error)
     found = code_of(problem.detail)
     return messages.AnswerMessage(

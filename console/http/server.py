@@ -30,9 +30,7 @@ class Endable(Protocol):
 
     trouble: str  # why it could not start, a sentence
 
-    def shut_down(self) -> None:
-        """It is about to end."""
-        ...
+    def shut_down(self) -> None: ...
 
     def shut_down_soon(self) -> None:
         """The same from a signal handler or any thread."""

@@ -43,7 +43,6 @@ class ResumingFlowControl(FlowControl):
         self._resumed = resumed
 
     def resume_reading(self) -> None:
-        """The parsed part is taken."""
         if self.read_paused:
             super().resume_reading()
             self._resumed()
@@ -69,13 +68,11 @@ class TimeoutHttp(IncrementalProtocol, H11Protocol):
 
     @property
     def stranger(self) -> bool:
-        """True while no request on it has shown a valid key or login."""
         scope: Any = self.scope  # None before the first request
         return scope is None or scope.get("person") is None
 
     @property
     def idle(self) -> bool:
-        """True while no request is under way."""
         cycle: Any = self.cycle  # None before the first request
         return cycle is None or cycle.response_complete
 
@@ -86,7 +83,6 @@ class TimeoutHttp(IncrementalProtocol, H11Protocol):
 
     @property
     def full(self) -> bool:
-        """Return whether an answer is due first, or a body to be taken."""
         return self.flow.read_paused
 
     @property
@@ -108,11 +104,9 @@ class TimeoutHttp(IncrementalProtocol, H11Protocol):
 
     @property
     def replaced(self) -> bool:
-        """True once it became a socket."""
         return self.transport.get_protocol() is not self  # type: ignore[comparison-overlap]
 
     def take(self, piece: bytes) -> None:
-        """A head, a part of one, a body."""
         H11Protocol.data_received(self, piece)
         if self.transport.is_closing():
             self._cancel_deadline()
@@ -131,13 +125,11 @@ class TimeoutHttp(IncrementalProtocol, H11Protocol):
                 self.transport.resume_reading()
 
     def handle_websocket_upgrade(self, event: h11.Request) -> None:
-        """From now on another protocol listens."""
         self._cancel_deadline()
         self._crowd.leave(self, address_of(self.client))
         super().handle_websocket_upgrade(event)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """It is over."""
         self._cancel_deadline()
         self.forget()
         self._crowd.leave(self, address_of(self.client))
@@ -177,7 +169,6 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
 
     @property
     def stranger(self) -> bool:
-        """True while it is not let in."""
         return not self._accepted
 
     def data_received(self, data: bytes) -> None:
@@ -189,11 +180,9 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
 
     @property
     def full(self) -> bool:
-        """True while messages wait to be taken."""
         return self.read_paused
 
     def take(self, piece: bytes) -> None:
-        """Frames, or a part of one."""
         super().data_received(piece)
 
     def handle_ping(self) -> None:
@@ -250,7 +239,6 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
 
 
 def address_of(client: tuple[str, int] | None) -> str:
-    """Return the address that a connection comes from."""
     return client[0] if client else ""
 
 

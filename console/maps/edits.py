@@ -123,7 +123,6 @@ class EditService(Part):
             await asyncio.sleep(TURN_LOOK_S)
 
     def _refresh(self) -> None:
-        """Have the pilot edit the map as it is now."""
         if self._dispatcher.pilot is not None:
             now = (one.now(self._maps.submaps) for one in self.edits)
             self._dispatcher.pilot.edit_map(MapEdits(tuple(edit for edit in now if edit is not None)))

@@ -46,13 +46,11 @@ class JoinWorker:
     """Remembers nothing from one job to the next."""
 
     def match(self, job: MatchMaps) -> DrawnMatch:
-        """Find the newer map in the older one and draw both."""
         older, newer = read(job)
         found = match_maps(older, newer, job.parts)
         return DrawnMatch(found, overlay(grid_of(older, job.parts), grid_of(newer, job.parts), found.pose))
 
     def join(self, job: JoinMaps) -> JoinedMap:
-        """Make one map of both."""
         older, newer = read(job.maps)
         saved = join_maps(older, newer, job.found, job.maps.parts)
         return JoinedMap(saved, grid_of(saved, job.maps.parts), older.submaps)

@@ -59,7 +59,6 @@ class PlaceMark(msgspec.Struct, frozen=True):
     outline_m: tuple[tuple[float, float], ...] = ()  # corners of a room; the place is where one stands in it
 
     def now(self, submaps: Iterable[SubmapView]) -> NamedPlace:
-        """The place in the world as it is now."""
         if self.anchor is None:
             return NamedPlace(
                 name=self.name, x_m=self.x_m, y_m=self.y_m, heading_rad=self.heading_rad, outline_m=self.outline_m
@@ -84,7 +83,6 @@ class ZoneMark(msgspec.Struct, frozen=True):
     by: str = ""  # who drew it
 
     def now(self, submaps: Iterable[SubmapView]) -> MapZone:
-        """The zone in the world as it is now."""
         points = np.array(self.points_m)
         moved = points if self.anchor is None else self.anchor.moved(submaps).apply(points)
         return MapZone(name=self.name, kind=self.kind, points=moved, max_speed=self.max_speed_m_s)
@@ -141,7 +139,6 @@ class MapMarks(msgspec.Struct, frozen=True):
     edits: tuple[EditMark, ...] = ()
 
     def without(self, kind: Literal["places", "zones", "routes"], name: str) -> MapMarks:
-        """The marks but for this one."""
         left = tuple(one for one in getattr(self, kind) if one.name != name)
         return msgspec.structs.replace(self, **{kind: left})
 

@@ -108,7 +108,6 @@ class PlaceService(Part):
     # steps of the above
 
     def _refresh(self) -> None:
-        """Have everybody know the places as they are now."""
         self.places = tuple(one.now(self._maps.submaps) for one in self._maps.marks.places)
         known = (*self.places, *_spoken_routes(self._maps.marks))
         self._dispatcher.know_places(place_phrases(known))

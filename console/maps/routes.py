@@ -144,7 +144,6 @@ class RouteService(Part):
 
     @property
     def routes(self) -> tuple[RouteMark, ...]:
-        """Those of the map in use."""
         return self._maps.marks.routes
 
     def find(self, name: str) -> RouteMark:
@@ -263,7 +262,6 @@ class RouteService(Part):
             self._stand(run, "paused", LOST)
 
     def tick(self, now: float) -> None:
-        """Look how the present stop goes."""
         run = self.run_now
         if run is None or run.state not in ("driving", "waiting"):
             return
@@ -350,7 +348,6 @@ class RouteService(Part):
         self._note(run, "done", Statement("routes.picture", name=name))
 
     async def _record(self, run: RouteRun, seconds: float) -> None:
-        """A recording of so many seconds."""
         if self.recorder is None:
             return
         try:
@@ -505,7 +502,6 @@ class RouteService(Part):
         self._keep()
 
     def _note(self, run: RouteRun, state: str, remark: str) -> None:
-        """Write into the history how a stop ended."""
         words = f"{run.route.name}: stop {run.stop + 1} of {len(run.route.stops)}, {run.here.place}"
         for tell in self.when_noted:
             tell(words, remark or state)

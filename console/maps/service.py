@@ -132,7 +132,6 @@ class MapService(Part):
 
     @property
     def shown(self) -> MapState:
-        """The state of the map that every viewer is sent."""
         return MapState(self._name, self._revision, self._unsaved, self.marks_revision)
 
     @property

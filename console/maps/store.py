@@ -61,8 +61,6 @@ class MapInfo(SavedMapFacts):
 
 @dataclass(frozen=True)
 class StoredMap:
-    """A map that was found on the disk."""
-
     card: MapInfo
     folder: Path
     changed: bool = False  # the card itself is not as it was saved

@@ -27,11 +27,9 @@ class Trajectory:
         self.begun = math.inf  # Unix time [s] of its first pose
 
     def __len__(self) -> int:
-        """How many poses it has."""
         return len(self._rows) // ROW_FIELDS
 
     def forget(self) -> None:
-        """Begin again."""
         self._rows, self._gap, self._newest, self.begun = array("d"), POSE_GAP_S, -np.inf, math.inf
 
     def add(self, snapshot: Snapshot) -> None:
@@ -66,5 +64,4 @@ def laid_out(rows: Array, floor: MapStatus) -> tuple[list[float], list[Pose]]:
 
 
 def active(floor: MapStatus) -> SubmapView | None:
-    """The submap that the robot is in."""
     return next((room for room in floor.submaps if room.active), None)

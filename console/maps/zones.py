@@ -63,7 +63,6 @@ class ZoneService(Part):
         maps.when_marked.append(self._refresh)
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """Keep the gate's cap where the robot is."""
         cap = self._cap_at(snapshot)
         now = time.monotonic()
         if cap == self._cap and (not self._slow or now - self._capped_at < CAP_PERIOD_S):
@@ -72,7 +71,6 @@ class ZoneService(Part):
         self._robot.cap(cap)
 
     def equip(self, pilot: Pilot) -> None:
-        """Have the pilot keep out of zones."""
         pilot.keep_out_of(self._keep_outs)
 
     async def add(self, mark: ZoneMark, who: Person) -> MapZone:
@@ -138,7 +136,6 @@ class ZoneService(Part):
         return tuple(zone for zone in self.zones if zone.kind == "slow")
 
     def _refresh(self) -> None:
-        """Have the pilot know the zones as they are now."""
         self.zones = tuple(one.now(self._maps.submaps) for one in self._maps.marks.zones)
         self._keep_outs = KeepOuts(tuple(zone for zone in self.zones if zone.kind == "keep_out"))
         if self._dispatcher.pilot is not None:

@@ -88,7 +88,6 @@ MAX_CLOSURES = 20  # closures that are sent with every state; all of them stand 
 
 
 def floor(health: MapStatus) -> SubmapsState:
-    """How the scan layer fares."""
     return SubmapsState(
         submaps=[submap(room) for room in health.submaps],
         closures=[closure(status) for status in health.closures[-MAX_CLOSURES:]],
@@ -101,7 +100,6 @@ def floor(health: MapStatus) -> SubmapsState:
 
 
 def submap(room: SubmapView) -> SubmapRow:
-    """A room."""
     (low_x, low_y), (high_x, high_y) = room.extent.round(2).tolist()
     at = room.pose
     place = (round(at.x, 3), round(at.y, 3), round(at.heading, 4))
@@ -109,13 +107,11 @@ def submap(room: SubmapView) -> SubmapRow:
 
 
 def closure(status: ClosureStatus) -> ClosureRow:
-    """A place that was recognised."""
     ends = {"position_from": spot(status.position_from), "position_to": spot(status.position_to)}
     return filled(ClosureRow, status, 3, **ends)
 
 
 def lost(status: LostStatus) -> LocalizationState:
-    """The robot does not know where it is."""
     candidates = [CandidateState(x, y, heading) for x, y, heading in status.candidates.round(3).tolist()]
     return LocalizationState(status.phase, status.words, round(status.since, 2), candidates)
 

@@ -48,7 +48,6 @@ class CalibrationDriftState(Struct):
 
 
 def quality(judged: image_quality.PictureQuality | None) -> PictureQualityState | None:
-    """How good the newest picture is."""
     if judged is None:
         return None
     light, blur, done = judged.light, judged.blur, judged.preparation
@@ -74,5 +73,4 @@ def quality(judged: image_quality.PictureQuality | None) -> PictureQualityState 
 
 
 def drift(seen: Drift | None) -> CalibrationDriftState | None:
-    """Return whether the camera still sits as it was calibrated."""
     return None if seen is None else filled(CalibrationDriftState, seen, 5)

@@ -19,8 +19,6 @@ PARTS = ("head", "torso", "feet")
 
 
 class Gesture(NamedTuple):
-    """A gesture that the person is asked for."""
-
     name: str
     words: str
 
@@ -75,8 +73,6 @@ class EnrollmentState(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass
 class JudgedPicture:
-    """A picture and what came of it."""
-
     number: int
     gesture: str  # that was asked for; "" for the background
     size: list[int]  # [pixel]
@@ -87,7 +83,6 @@ class JudgedPicture:
 
     @property
     def shown(self) -> JudgedPictureState:
-        """As the page gets it."""
         words = self.wrong or ("Good." if self.gesture else "Good; now come into the picture.")
         boxes = [] if self.person_image is None else self.person_image.boxes
         return JudgedPictureState(
@@ -121,7 +116,6 @@ class EnrollmentSession:
 
     @property
     def stale(self) -> bool:
-        """True if nobody has been at it for long."""
         return not self.demo and time.monotonic() - self.used > FORGET_ENROLLMENT_S
 
     @property
@@ -134,7 +128,6 @@ class EnrollmentSession:
 
     @property
     def person_images(self) -> list[PersonImage]:
-        """The learnt parts of the good pictures."""
         return [one.person_image for one in self.taken if one.person_image is not None]
 
     def restart(self, answer: SeenBackground, stood: Pose | None) -> None:
@@ -171,7 +164,6 @@ class EnrollmentSession:
 
     @property
     def shown(self) -> EnrollmentState:
-        """As the page gets it."""
         gesture = self.next
         return EnrollmentState(
             id=self.id,

@@ -49,7 +49,6 @@ class LookService(Part):
 
     @property
     def says(self) -> str:
-        """A sentence on the detector that looks for people."""
         return says(self._settings)
 
     def ask(self, question: LookQuestion) -> None:
@@ -65,7 +64,6 @@ class LookService(Part):
         return answer
 
     async def run(self) -> None:
-        """Work until cancelled."""
         self._loop, self._wake = asyncio.get_running_loop(), asyncio.Event()
         while True:
             await self._woken(self._wake)
@@ -93,7 +91,6 @@ class LookService(Part):
         pilot.find_people_with(self.for_pilot)
 
     async def close(self) -> None:
-        """End the worker."""
         self._worker.kill()
 
     async def _woken(self, wake: asyncio.Event) -> None:
@@ -108,7 +105,6 @@ class LookService(Part):
         wake.clear()
 
     async def _start(self) -> None:
-        """Start the process alone."""
         try:
             await self._worker.ready()
         except WorkerLost as lost:

@@ -40,12 +40,10 @@ class LookWorker:
         self._detector: PersonDetector | None = None
 
     def open(self, job: OpenDetector) -> str:
-        """Open a detector."""
         self._detector = open_detector(job.settings)
         return self._detector.says
 
     def look(self, job: LookForPeople) -> PeopleSeen:
-        """Look through a picture."""
         if self._detector is None:
             raise Unavailable("No detector was opened.")
         began = time.perf_counter()

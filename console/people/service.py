@@ -102,7 +102,6 @@ class EnrollmentService(Part):
     # life
 
     async def open(self) -> None:
-        """Find who was known before."""
         complaints: list[str] = []
         self.people, self._chosen = await asyncio.to_thread(self.person_store.read, complaints.append)
         for words in dict.fromkeys(complaints):
@@ -117,7 +116,6 @@ class EnrollmentService(Part):
         await self._worker.gone()
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """The newest of what the robot does."""
         self._pose, self._newest_snapshot = snapshot.dead_reckoning.pose, snapshot
         if self.enrollment is not None and self.enrollment.stale:
             self._over()
@@ -134,7 +132,6 @@ class EnrollmentService(Part):
 
     @property
     def shown(self) -> PeopleState:
-        """Everything that the page shows."""
         rows = [
             msgspec.convert({**msgspec.structs.asdict(one), "colours": middle_colours(one.who.looks)}, KnownPerson)
             for one in sorted(self.people.values(), key=lambda card: card.name.casefold())

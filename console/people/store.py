@@ -40,13 +40,11 @@ class StoredLooks(msgspec.Struct, frozen=True):
 
     @classmethod
     def of(cls, looks: Appearance) -> StoredLooks:
-        """Looks as they are stored."""
         height = None if math.isnan(looks.height) else round(looks.height, 3)
         return cls([_or_null(row) for row in looks.colours], _or_null(looks.proportions), height)
 
     @property
     def appearance(self) -> Appearance:
-        """The looks."""
         height = math.nan if self.height_m is None else self.height_m
         return Appearance(
             colours=np.array(self.colours, float), proportions=np.array(self.proportions, float), height=height

@@ -100,13 +100,11 @@ class PeopleWorker:
         self._networks: PoseDetector | None = None
 
     def background(self, job: ReadBackground) -> SeenBackground:
-        """Look at a picture without anybody."""
         pixels = pixels_of(job.picture)
         check_light(pixels)
         return SeenBackground(size_of(pixels), jpeg(pixels), pixels)
 
     def judge(self, job: JudgePicture) -> SeenPerson:
-        """Look at a picture of a person."""
         pixels, empty = pixels_of(job.picture), job.background
         size, picture = size_of(pixels), jpeg(pixels)
         try:
@@ -126,7 +124,6 @@ class PeopleWorker:
         return None if self._networks is None else self._networks.looks_in(pixels, box)
 
     def learn(self, job: LearnPerson) -> PersonProfile:
-        """Learn a person."""
         return learn(job.name, job.taken)
 
 

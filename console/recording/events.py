@@ -26,12 +26,10 @@ class DriveEvents:
         return texts
 
     def heard(self, words: str, verdict: str, command: str | None) -> None:
-        """Words, and what was understood."""
         self._texts.append((WORDS, words))
         self._add("words", words=words, verdict=verdict, command=command)
 
     def note(self, words: str, remark: str) -> None:
-        """Note an event at a stop of a route."""
         self._add("route", words=words, remark=remark)
 
     def take(self, snapshot: Snapshot, notices: Iterable[Notice], gate: GateStatus) -> str:

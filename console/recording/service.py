@@ -210,7 +210,6 @@ class RecordingService(Part):
             await self._after_batch(time.monotonic())
 
     async def close(self) -> None:
-        """Finish the file."""
         if self._running is not None:
             try:
                 await self.stop()
@@ -287,12 +286,10 @@ class RecordingService(Part):
     # events
 
     def heard(self, words: str, verdict: str, command: str | None) -> None:
-        """Words near the robot."""
         if self._listens:
             self._events.heard(words, verdict, command)
 
     def note(self, words: str, remark: str) -> None:
-        """Something that happened at a stop of a route."""
         if self._listens:
             self._events.note(words, remark)
 
@@ -316,7 +313,6 @@ class RecordingService(Part):
 
     @property
     def state(self) -> RecordingState:
-        """The recorder now."""
         one, now = self._running, time.monotonic()
         ring_s = min(now - self._listened, self.ring_limit_s) if self._listens else 0.0
         if one is None:
@@ -728,7 +724,6 @@ def slimmed(snapshot: Snapshot, *, with_map: bool) -> Snapshot:
 
 
 def media_type(path: Path) -> str:
-    """The type of an attached file."""
     return {".json": "application/json", ".toml": "application/toml"}.get(path.suffix, "application/octet-stream")
 
 

@@ -111,7 +111,6 @@ class PilotThread:
 
     @property
     def alive(self) -> bool:
-        """True while it has neither failed nor ended."""
         return self._thread.is_alive() and not self._over.is_set()
 
     @property
@@ -121,7 +120,6 @@ class PilotThread:
         return self.alive and time.monotonic() - self._turned < hung
 
     def start(self) -> None:
-        """Begin."""
         self._thread.start()
 
     def close(self) -> None:

@@ -34,7 +34,6 @@ class SetpointSender:
             self._authorized[active_command] = epoch
 
     def revoke(self, active_command: int) -> None:
-        """It has ended."""
         with self._lock:
             self._authorized.pop(active_command, None)
 
@@ -50,7 +49,6 @@ class SetpointSender:
                 self._driving = None
 
     def jog(self, drive: JogMessage) -> None:
-        """Send what a hand asks for."""
         with self._lock:
             self._stood.clear()
             self._robot.send(Setpoint(drive.epoch, drive.seq, "jog", drive.press, drive.v, drive.w, drive.nonce))

@@ -179,7 +179,6 @@ class RobotSupervisor:
         return self._mail.take_frame(timeout)
 
     def send(self, setpoint: Setpoint) -> None:
-        """A request for the gate to judge."""
         if setpoint.v or setpoint.w:
             self._presses[setpoint.source] = setpoint.press
         speeds = {name: value if is_number(value) else None for name, value in (("v", setpoint.v), ("w", setpoint.w))}
@@ -224,11 +223,9 @@ class RobotSupervisor:
         return sent
 
     def arm(self, epoch: int, owner: str) -> None:
-        """Obey the holder of this lease from now on."""
         self._send({"kind": "arm", "epoch": epoch, "owner": owner})
 
     def disarm(self) -> None:
-        """Obey nobody."""
         self._insist("disarm")
 
     def cap(self, speed: float | None) -> None:
@@ -236,7 +233,6 @@ class RobotSupervisor:
         self._send({"kind": "cap", "speed": speed})
 
     def status(self) -> GateStatus:
-        """The gate's newest status."""
         return self._status
 
     def link(self) -> tuple[Literal["connecting", "live", "stale", "lost"], float]:

@@ -128,7 +128,6 @@ class Scene:
         self._painter.start()
 
     async def close(self) -> None:
-        """Stop drawing and take viser down."""
         self._over.set()
         self._news.set()
         if self._painter is not None:
@@ -143,7 +142,6 @@ class Scene:
             self._news.set()
 
     async def talk(self, socket: WebSocket, person: Person, tab: str) -> None:
-        """One browser's scene, from the handshake to the end."""
         if self._inside is None:
             await socket.accept()
             await socket.close(1011, self.why_not)

@@ -154,7 +154,6 @@ class BrowserMicrophone(Part):
             self._worker.reject(words)
 
     def learn(self, places: tuple[NamedPlace, ...]) -> None:
-        """Hear these places by their names."""
         self._names = place_phrases(places)
         self._worker.learn(places)
 
@@ -164,7 +163,6 @@ class BrowserMicrophone(Part):
             self._worker.kill()
 
     async def close(self) -> None:
-        """Listen to nobody any more."""
         await end(*self._reading, self._warming)
         self._worker.kill()
         await self._worker.gone()

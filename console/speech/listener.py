@@ -69,8 +69,6 @@ class SpokenStops:
 
 @dataclass(frozen=True)
 class SpokenOutcome:
-    """The outcome of an utterance."""
-
     utterance: RecognizedUtterance  # as it counts: what was said beside an obeyed STOP is that STOP
     said: Spoken
     reason: str = ""  # why nothing is done about it, a sentence

@@ -43,8 +43,6 @@ class QualityRunState(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class QualityRun(StoredRun, kw_only=True):
-    """One run, as it is kept."""
-
     setup: QualitySetup = msgspec.field(name="wish")  # in files that exist
     voice: str = ""
     rows: list[QualityRow] = []
@@ -52,7 +50,6 @@ class QualityRun(StoredRun, kw_only=True):
 
     @property
     def shown(self) -> QualityRunState:
-        """Everything but the pages."""
         reports = [bool(page) for page in self.pages]
         own = {"progress": self.progress or 0.0, "rows": list(self.rows), "reports": reports}
         return filled(QualityRunState, self, summary=summary(self.rows), **own)
@@ -80,7 +77,6 @@ class QualityRuns(RunStore[QualityRun]):
                 file.replace(self._folder / file.stem / "run.json")
 
     async def close(self) -> None:
-        """End what runs."""
         await super().close()
         await self._worker.gone()
 
@@ -128,5 +124,4 @@ def summary(rows: list[QualityRow]) -> str:
 
 
 def total(counts: Iterable[int | msgspec.UnsetType]) -> int:
-    """The sum of what was counted."""
     return sum(count for count in counts if count is not msgspec.UNSET)

@@ -6,8 +6,6 @@ from core.geometry import Pose
 
 
 class QualityWorker:
-    """One run at a time, step by step."""
-
     def __init__(self) -> None:
         self._run: SpeechQualityHere | None = None
 
@@ -32,6 +30,5 @@ class QualityWorker:
         return self._run.listen_close()
 
     def measure(self, job: MeasureQuality) -> MeasuredQuality:
-        """Measure one place."""
         assert self._run is not None
         return MeasuredQuality(*self._run.measure(self._run.places[job.number]))

@@ -37,7 +37,6 @@ class RobotVoice(Part):
         self._newest = 0
 
     def adopt(self, settings: Settings) -> None:
-        """Speak as the settings say from now on."""
         self.settings = settings.voice
 
     @property

@@ -104,7 +104,6 @@ class RoomTranscriber(Part):
         self._losses = 0  # of the worker, one after the other
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """Read the words of its sound."""
         self.feed(snapshot, *self._source(frame), frame.sensed)
 
     def feed(
@@ -157,23 +156,19 @@ class RoomTranscriber(Part):
             self.keep_up(behind)
 
     def reject(self, pending_command: PendingCommand) -> None:
-        """A command from here waited and was rejected."""
         if pending_command.source == EARS:
             self._worker.reject(pending_command.words)
 
     def learn(self, places: tuple[NamedPlace, ...]) -> None:
-        """Hear these places by their names."""
         self._worker.learn(places)
 
     async def close(self) -> None:
-        """Read no more."""
         await end(self._task)
         self._worker.kill()
         await self._worker.gone()
 
     @property
     def status(self) -> TranscriptionStatus:
-        """The state of reading the room's words."""
         newest = self.utterances[-1] if self.utterances else None
         fresh = newest is not None and 0 <= self.stamp - newest.t1_s < OFFER_TIME_S
         offered = newest.suggested_commands if newest is not None and fresh else ()
@@ -232,7 +227,6 @@ class RoomTranscriber(Part):
         self._notifications.tell("warning", f"The robot's ears hear no words: {why}")
 
     async def _words(self, sound: Sound) -> list[RecognizedUtterance]:
-        """Send one piece to the worker."""
         await self._begin()
         return await self._worker.feed(sound.samples, sound.rate, sound.stamp)
 

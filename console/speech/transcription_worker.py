@@ -34,7 +34,6 @@ class TranscriptionWorker:
         self._rejected = RejectedCommands()  # of this speaker's, by whichever transcriber heard it
 
     def begin(self, job: BeginListening) -> str:
-        """Listen again."""
         if job.speaker != self._speaker:
             self._speaker, self._rejected = job.speaker, RejectedCommands()
         known = self._engine  # a model may have been fetched since
@@ -72,7 +71,6 @@ class TranscriptionWorker:
         self._places = places
 
     def hear(self, job: HearSound) -> list[ReadUtterance]:
-        """Read the words of a piece of sound."""
         assert self._transcriber is not None
         if job.places is not None:
             self._learn(job.places)
@@ -83,12 +81,10 @@ class TranscriptionWorker:
         return _packed(self._transcriber.feed(sound))
 
     def read_so_far(self, _: ReadSoFar) -> str:
-        """Read the sentence under way."""
         assert self._transcriber is not None
         return self._transcriber.words_so_far()
 
     def finish(self, _: FinishListening) -> list[ReadUtterance]:
-        """Read what is left of the sound."""
         assert self._transcriber is not None
         return _packed(self._transcriber.finish())
 

@@ -29,6 +29,5 @@ class ArrayWorker:
         return check(job.sound, job.array)
 
     def find_clap(self, job: FindClap) -> Clap:
-        """Find the direction of a clap."""
         found = heard_from(job.sound, job.array)
         return Clap(asked=job.asked, heard=found.azimuth, sd=found.azimuth_sd)

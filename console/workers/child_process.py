@@ -33,7 +33,6 @@ class ChildProcess:
 
     @property
     def pid(self) -> int:
-        """Its number."""
         return self._process.pid
 
     @property

@@ -35,7 +35,6 @@ class DemoRunner:
         self._turn = asyncio.Lock()
 
     def shows(self, session: str) -> bool:
-        """Return whether the demonstration for this session is running."""
         return self._demo is not None and self._demo.session == session
 
     async def start(self, demo: Demo) -> None:

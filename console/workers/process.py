@@ -82,8 +82,6 @@ def restrain() -> None:
 
 
 class JobTable:
-    """The jobs of a worker, and the functions that do them."""
-
     def __init__(self, worker: object) -> None:
         self._handlers = dict(handlers_of(worker))
         every: Any = Union[tuple(self._handlers)]  # noqa: UP007

@@ -58,17 +58,14 @@ class Worker:
 
     @property
     def alive(self) -> bool:
-        """True while there is a process."""
         return self._child is not None and self._child.alive
 
     @property
     def pid(self) -> int | None:
-        """Its number, when there is one."""
         return self._child.pid if self._child is not None and self.alive else None
 
     @property
     def busy(self) -> bool:
-        """True while a job is under way."""
         return self._turn.locked()
 
     async def ready(self) -> None:

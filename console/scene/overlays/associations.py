@@ -26,7 +26,6 @@ class Associations:
         self._shown: tuple[Association, ...] | None = None
 
     def show(self, snapshot: Snapshot) -> None:
-        """Draw them when they are new."""
         if snapshot.associations is self._shown:
             return
         self._shown = snapshot.associations

@@ -24,7 +24,6 @@ class CandidatePoses:
         self._shown: LostStatus | None = None
 
     def show(self, snapshot: Snapshot) -> None:
-        """Draw them when they are new."""
         lost = snapshot.floor.lost
         if lost is self._shown:
             return

@@ -10,8 +10,6 @@ from core.snapshot import Snapshot
 
 
 class DeadReckoningGhost:
-    """Dead reckoning next to the estimate."""
-
     def __init__(self, scene: SceneApi, robot: Profile) -> None:
         self._frame = scene.add_frame("/ghost", show_axes=False)
         vertices, faces = turned(rounded_disc(0.98 * robot.radius, 0.014, 0.088, 0.018))
@@ -33,6 +31,5 @@ class DeadReckoningGhost:
         self._trail = LongLine(scene, "/ghost_trail", GHOST, 1.4, 0.004)
 
     def show(self, snapshot: Snapshot) -> None:
-        """Put it where the wheels say."""
         place(self._frame, snapshot.dead_reckoning.pose)
         self._trail.draw(snapshot.dead_reckoning_trail)

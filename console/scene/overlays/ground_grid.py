@@ -8,8 +8,6 @@ from core.snapshot import Snapshot
 
 
 class GroundGrid:
-    """Never changes."""
-
     def __init__(self, scene: SceneApi, robot: Profile) -> None:
         scene.add_grid(
             "/floor",

@@ -26,7 +26,6 @@ class Landmarks:
         self._shown: tuple[tuple[float, ...], ...] = ()
 
     def show(self, snapshot: Snapshot) -> None:
-        """Draw the table, if it has changed visibly."""
         rows = snapshot.landmarks
         seen = tuple(fingerprint(row) for row in rows)
         if seen == self._shown:

@@ -26,7 +26,6 @@ class LoopClosureArcs:
         self._shown: tuple[ClosureStatus, ...] = ()
 
     def show(self, snapshot: Snapshot) -> None:
-        """Draw them when they are new, or moved."""
         if snapshot.floor.closures is self._shown:
             return
         self._shown = snapshot.floor.closures

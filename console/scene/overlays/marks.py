@@ -20,8 +20,6 @@ ShownMarks = tuple[tuple[NamedPlace, ...], tuple[MapZone, ...]]
 
 
 class MarksOnMap:
-    """Drawn again when they have changed."""
-
     def __init__(self, scene: SceneApi, robot: Profile, newest: Callable[[], ShownMarks]) -> None:
         """`newest`: places and zones where they are now, from any thread."""
         self._scene, self._newest = scene, newest

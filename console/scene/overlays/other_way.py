@@ -22,7 +22,6 @@ class OtherWayGhost:
         self._trail = LongLine(scene, "/other_trail", OTHER, 1.8, 0.006)
 
     def show(self, snapshot: Snapshot) -> None:
-        """Put it where the other way has it."""
         other = snapshot.other
         self._frame.visible = other is not None
         if other is not None:

@@ -29,7 +29,6 @@ class Plan:
         self._shown: tuple[Array | None, Array | None] = (None, None)
 
     def show(self, snapshot: Snapshot) -> None:
-        """Draw the plan when it has changed."""
         if self._shown[0] is snapshot.path and self._shown[1] is snapshot.goal:
             return
         self._shown = (snapshot.path, snapshot.goal)

@@ -30,7 +30,6 @@ class PoseEllipse:
         self._drawn = np.full((3, 3), np.inf)
 
     def show(self, snapshot: Snapshot) -> None:
-        """Move them, and draw them again when the covariance has changed."""
         pose, covariance = snapshot.estimate.pose, snapshot.estimate.covariance
         place(self._place, Pose(pose.x, pose.y))
         place(self._heading, Pose(heading=pose.heading))

@@ -30,7 +30,6 @@ class RobotBody:
         self._build_camera(scene, robot)
 
     def show(self, snapshot: Snapshot) -> None:
-        """Put it where it believes to be."""
         place(self._frame, snapshot.estimate.pose)
 
     def _build_body(self, scene: SceneApi, radius: float) -> None:

@@ -10,8 +10,6 @@ from core.snapshot import Snapshot
 
 
 class ScanPoints:
-    """One cloud of points."""
-
     def __init__(self, scene: SceneApi, robot: Profile) -> None:
         self._height = robot.laser.height if robot.laser is not None else 0.1
         self._cloud = scene.add_point_cloud(
@@ -27,7 +25,6 @@ class ScanPoints:
         self._shown: Array | None = None
 
     def show(self, snapshot: Snapshot) -> None:
-        """Draw the scan when it is a new one."""
         points = snapshot.scan_points
         if points is self._shown:
             return

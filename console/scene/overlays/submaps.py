@@ -38,7 +38,6 @@ class Submaps:
         self._shown: tuple[VisibleSubmap, ...] = ()
 
     def show(self, snapshot: Snapshot) -> None:
-        """Draw them when they changed visibly."""
         rooms = snapshot.floor.submaps if len(snapshot.floor.submaps) > 1 else ()
         seen = tuple(visible(room) for room in rooms)
         if seen == self._shown:
@@ -58,7 +57,6 @@ class Submaps:
 
 
 def visible(room: SubmapView) -> VisibleSubmap:
-    """A room's fingerprint."""
     at = room.pose
     extent = tuple(np.round(room.extent, 1).ravel().tolist())
     return VisibleSubmap(room.id, (round(at.x, 2), round(at.y, 2), round(at.heading, 3)), extent, room.active)

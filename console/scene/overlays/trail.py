@@ -9,11 +9,8 @@ from core.snapshot import Snapshot
 
 
 class TrailLine:
-    """A line that grows."""
-
     def __init__(self, scene: SceneApi, robot: Profile) -> None:
         self._line = LongLine(scene, "/trail", TRAIL, 2.4, 0.006)
 
     def show(self, snapshot: Snapshot) -> None:
-        """Draw the new part of it."""
         self._line.draw(snapshot.trail)

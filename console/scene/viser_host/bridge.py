@@ -18,8 +18,6 @@ PARTING_S = 2.0  # for viser to take leave of a browser
 
 
 class Bridge:
-    """One browser's scene socket."""
-
     def __init__(self, socket: WebSocket, inside: NoSocketServer, person: Person, tab: str) -> None:
         self._socket = socket
         self._inside = inside
@@ -42,7 +40,6 @@ class Bridge:
         self._over.set()
 
     async def run(self) -> None:
-        """From the handshake to the end."""
         assert self._inside.loop is not None
         await self._socket.accept(subprotocol=self._connection.subprotocol)
         running = asyncio.run_coroutine_threadsafe(self._inside.run(self._connection), self._inside.loop)

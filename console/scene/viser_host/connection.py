@@ -70,7 +70,6 @@ class Connection:
         self._closed = False
 
     async def recv(self) -> bytes:
-        """The browser's next message."""
         if self._closed and self._inbox.empty():
             raise ConnectionClosedOK(None, None)
         message = await self._inbox.get()
@@ -94,14 +93,12 @@ class Connection:
         self.eof()
 
     def feed(self, message: bytes) -> None:
-        """A message from the browser."""
         if self._inbox.qsize() >= MAX_WAITING_MESSAGES:
             self.eof()
         elif not self._closed:
             self._inbox.put_nowait(message)
 
     def eof(self) -> None:
-        """Nothing more comes."""
         if not self._closed:
             self._closed = True
             self._inbox.put_nowait(None)

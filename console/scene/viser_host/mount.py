@@ -79,7 +79,6 @@ class QuietViser(viser.ViserServer):
     """viser without its tunnel to the outside."""
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """No tunnel."""
         return None
 
     def disconnect_share_url(self) -> None:
