@@ -38,8 +38,6 @@ class WorkProgress:
 
 
 class _PartOfProgress(WorkProgress):
-    """One of several pieces of work."""
-
     def __init__(self, whole: WorkProgress, number: int, count: int) -> None:
         self._whole, self._number, self._count = whole, number, count
 

@@ -232,7 +232,6 @@ def _renamed(section: str, document: Mapping[str, Any], name: str) -> str:
 
 
 def _section(default: Section, given: Any, where: str) -> Section:
-    """One section with its changes."""
     if not isinstance(given, dict):
         raise BadInput(f"{where} must be a section with settings under it.")
     fixed = [name for name in given if name in thresholds_of(type(default))]
@@ -255,7 +254,6 @@ def _notice(sentence: str) -> None:
 
 
 def _checked(given: dict[str, Any], known: Collection[str], complaint: str, form: str) -> dict[str, Any]:
-    """The same keys, if all are known."""
     for key in given:
         if key not in known:
             close = difflib.get_close_matches(key, known, 1)

@@ -46,7 +46,6 @@ class CommandParser(argparse.ArgumentParser):
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """The whole command line."""
     parser = CommandParser(
         prog="beckon", description="A console for a mobile robot that sees, hears and obeys. Without a command: run."
     )

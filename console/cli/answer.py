@@ -21,7 +21,7 @@ import numpy as np
 from core.errors import BadInput, BadSettings, BeckonError, Refused, Unavailable, Unwritable
 from core.files import check_file, check_folder
 from core.progress import WorkProgress
-from core.sensors.checks import UnusableReading
+from core.sensors.checks import Fault, UnusableReading
 from core.sentences import code_of
 
 JSON_BEGUN = ContextVar("json_begun", default=False)
@@ -43,9 +43,15 @@ TENTH_PERIOD_S, LINE_PERIOD_S = 2.0, 10.0  # between two lines without a termina
 BAR_LETTERS = 20
 
 
-def add_json(parser: argparse.ArgumentParser) -> None:
-    """Give a subcommand `--json`."""
-    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+def add_command(
+    places: Any, name: str, run: Callable[[argparse.Namespace], int], purpose: str, *, json: bool = True
+) -> argparse.ArgumentParser:
+    """Add a subcommand, with `--json` where it has such an answer, to what `add_subparsers` returned."""
+    parser: argparse.ArgumentParser = places.add_parser(name, help=purpose)
+    parser.set_defaults(run=run)
+    if json:
+        parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    return parser
 
 
 def add_out(parser: argparse.ArgumentParser, purpose: str, *, required: bool = False) -> None:
@@ -99,7 +105,6 @@ def plain(value: Any) -> Any:
 
 
 def write_json(value: Mapping[str, object]) -> None:
-    """Print one JSON object."""
     JSON_BEGUN.set(True)
     sys.stdout.write(_json(value) + "\n")
 
@@ -125,8 +130,12 @@ def refusal_of(error: Exception) -> dict[str, object]:
     kind = next((code for kind, code in KINDS if isinstance(error, kind)), "internal")
     refusal: dict[str, object] = {"error": sentence_of(error), "code": known or kind}
     if faults:
-        refusal["faults"] = [{"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in faults]
+        refusal["faults"] = fault_rows(faults)
     return refusal
+
+
+def fault_rows(faults: Iterable[Fault]) -> list[dict[str, str]]:
+    return [{"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in faults]
 
 
 def sentence_of(error: Exception) -> str:
@@ -235,7 +244,6 @@ class ShownProgress(WorkProgress):
             self(", ".join(filter(None, (f"{share:.0%}", left, doing))))
 
     def tell(self, line: str) -> None:
-        """A line of its own."""
         self._stream.write(f"\r\x1b[K{line}\n" if self._terminal else f"{line}\n")
 
     def __call__(self, line: str) -> None:

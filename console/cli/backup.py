@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, answer, tell
+from console.cli.answer import add_command, answer, tell
 
 if TYPE_CHECKING:
     from console.backup import BackupReport
@@ -15,21 +15,17 @@ BYTES_PER_MB = 1e6
 
 
 def add(places: Any) -> None:
-    """Add both subcommands."""
-    keeping: argparse.ArgumentParser = places.add_parser(
-        "backup", help="history, maps, calibrations, people, keys and settings as one file"
+    keeping = add_command(
+        places, "backup", backup, "history, maps, calibrations, people, keys and settings as one file"
     )
     keeping.add_argument("--recordings", action="store_true", help="recordings, too")
-    keeping.set_defaults(run=backup)
-    returning: argparse.ArgumentParser = places.add_parser("restore", help="put a backup into a data folder")
+    returning = add_command(places, "restore", restore, "put a backup into a data folder")
     returning.add_argument(
         "--replace", action="store_true", help="also where something is; that moves into its folder before-restore"
     )
-    returning.set_defaults(run=restore)
     for parser in (keeping, returning):
         parser.add_argument("file", type=Path, metavar="FILE", help="such as beckon.tar.gz")
         parser.add_argument("--data", type=Path, metavar="DIR", help="the console's data folder")
-        add_json(parser)
 
 
 def backup(chosen: argparse.Namespace) -> int:
@@ -59,6 +55,5 @@ def restore(chosen: argparse.Namespace) -> int:
 
 
 def show(chosen: argparse.Namespace, report: BackupReport, sentence: str) -> int:
-    """Print a report in either form."""
     row = {"file": str(report.file), "files": report.files, "bytes": report.bytes}
     return answer(chosen, {**row, "left_out": list(report.left_out)}, sentence)

@@ -33,7 +33,7 @@ class BrowserLoop:
 
     def __init__(self, samples: Array, rate: int) -> None:
         """`samples` (N,): what is played."""
-        self._sound = wav_bytes(Sound(stamp=0.0, rate=rate, samples=samples[:, None]))
+        self.sound = wav_bytes(Sound(stamp=0.0, rate=rate, samples=samples[:, None]))
         self._heard: Array | None = None
         self._came = threading.Event()
         self._answered = threading.Event()
@@ -43,12 +43,10 @@ class BrowserLoop:
         self.address = f"http://127.0.0.1:{self._server.server_address[1]}/{secret}/"
 
     def __enter__(self) -> BrowserLoop:
-        """Begin to serve."""
         threading.Thread(target=self._server.serve_forever, daemon=True).start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Serve no more."""
         self._answered.wait(5.0)
         self._server.shutdown()
         self._server.server_close()
@@ -63,10 +61,6 @@ class BrowserLoop:
         """Answer the page with the lines that it shows at the end."""
         self._answer = lines
         self._answered.set()
-
-    def sound(self) -> bytes:
-        """The sound that is played, as a WAV file."""
-        return self._sound
 
     def take(self, body: bytes) -> list[str]:
         """A recording as 16-bit samples → what became of it, once that is known. Raises BadInput."""
@@ -87,12 +81,10 @@ def _page_file(path: str) -> Path | None:
 
 def _handler(loop: BrowserLoop, secret: str) -> type[BaseHTTPRequestHandler]:
     class Handler(BaseHTTPRequestHandler):
-        """Answers for the files of the page, the sound, and the recording."""
-
         def do_GET(self) -> None:
             path = self._path()
             if path == "orig.wav":
-                self._send(200, loop.sound(), "audio/wav")
+                self._send(200, loop.sound, "audio/wav")
             elif path is not None and (file := _page_file(path)) is not None:
                 self._send(200, file.read_bytes(), TYPES[file.suffix])
             else:

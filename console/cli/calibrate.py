@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, add_out, add_out_file, answer, number, progress, write, write_json
+from console.cli.answer import add_command, add_out, add_out_file, answer, number, progress, write, write_json
 from core.calibration.board.board import Board
 from core.errors import BadInput, BadSettings
 
@@ -26,8 +26,7 @@ angle = number(-360, 360, "Give angles in degrees with commas between them, as i
 
 
 def add(places: Any) -> None:
-    """Add the subcommand with its kinds."""
-    parser: argparse.ArgumentParser = places.add_parser(
+    parser = places.add_parser(
         "calibrate", help="the camera from pictures of a board, its place on the laser, the microphones from claps"
     )
     kinds = parser.add_subparsers(dest="kind", metavar="camera|laser|array|board", required=True)
@@ -38,7 +37,6 @@ def add(places: Any) -> None:
 
 
 def run_camera(chosen: argparse.Namespace) -> int:
-    """Pictures → the camera."""
     from console.cli.calibration_words import camera_lines
     from core.pipelines.calibrate import calibrate_camera
     from core.pipelines.calibrate_from_recording import calibrate_camera_recorded
@@ -58,7 +56,6 @@ def run_camera(chosen: argparse.Namespace) -> int:
 
 
 def run_laser(chosen: argparse.Namespace) -> int:
-    """Pairs of pictures and scans → the mount."""
     from console.cli.calibration_words import laser_lines
     from core.pipelines.calibrate import calibrate_laser
     from core.pipelines.calibrate_from_recording import calibrate_laser_recorded
@@ -109,7 +106,7 @@ def run_board_page(chosen: argparse.Namespace) -> int:
 
 
 def _add_camera(kinds: Any) -> None:
-    parser: argparse.ArgumentParser = kinds.add_parser("camera", help="intrinsic parameters from pictures of a board")
+    parser = add_command(kinds, "camera", run_camera, "intrinsic parameters from pictures of a board")
     parser.add_argument(
         "images",
         nargs="+",
@@ -127,13 +124,11 @@ def _add_camera(kinds: Any) -> None:
     )
     parser.add_argument("--settings", type=Path, metavar="FILE.toml", help=SETTINGS)
     add_out(parser, "where the camera files go")
-    add_json(parser)
-    parser.set_defaults(run=run_camera)
 
 
 def _add_laser(kinds: Any) -> None:
-    parser: argparse.ArgumentParser = kinds.add_parser(
-        "laser", help="where the camera sits on the laser, from pictures and scans of a board"
+    parser = add_command(
+        kinds, "laser", run_laser, "where the camera sits on the laser, from pictures and scans of a board"
     )
     parser.add_argument(
         "folder",
@@ -152,27 +147,26 @@ def _add_laser(kinds: Any) -> None:
     parser.add_argument("--offset", action="store_true", help="also estimate a constant error of the laser's ranges")
     parser.add_argument("--settings", type=Path, metavar="FILE.toml", help=SETTINGS)
     add_out(parser, "where the mount's files go")
-    add_json(parser)
-    parser.set_defaults(run=run_laser)
 
 
 def _add_board_page(kinds: Any) -> None:
-    parser: argparse.ArgumentParser = kinds.add_parser("board", help="a board to print, as SVG in real size")
+    parser = add_command(kinds, "board", run_board_page, "a board to print, as SVG in real size")
     add_board(parser, required=True)
     parser.add_argument(
         "--page", choices=("A4", "letter", "A3"), help="the smallest of these that fits, unless chosen"
     )
     add_out_file(parser, "FILE.svg", "without it: standard output")
-    add_json(parser)
-    parser.set_defaults(run=run_board_page)
 
 
 SIDES_DEG = (0.0, 90.0, 180.0, -90.0)  # [deg]
 
 
 def _add_array(kinds: Any) -> None:
-    parser: argparse.ArgumentParser = kinds.add_parser(
-        "array", help="how the microphones are turned on the robot, from claps or words of known direction"
+    parser = add_command(
+        kinds,
+        "array",
+        run_array,
+        "how the microphones are turned on the robot, from claps or words of known direction",
     )
     parser.add_argument(
         "sounds", nargs="+", type=Path, metavar="SOUND", help="one recording a direction, WAV, FLAC or Ogg"
@@ -186,12 +180,9 @@ def _add_array(kinds: Any) -> None:
         help="where each was recorded from, 0 ahead and 90 left (default 0,90,180,-90)",
     )
     add_out(parser, "where the turned profile goes")
-    add_json(parser)
-    parser.set_defaults(run=run_array)
 
 
 def run_array(chosen: argparse.Namespace) -> int:
-    """Recordings → the orientation."""
     from core.pipelines.calibrate_microphones import calibrate_array  # scipy takes a moment
     from core.sensors.microphones import load_array
 
@@ -202,7 +193,6 @@ def run_array(chosen: argparse.Namespace) -> int:
 
 
 def array_lines(report: OrientationFigures) -> list[str]:
-    """For people."""
     yaw, doubt = math.degrees(report["yaw_rad"]), math.degrees(2 * report["sd_yaw_rad"])
     down = ", and hangs upside down" if report["mirrored"] else ""
     found = [f"The array is turned by {yaw:.1f}° ± {doubt:.1f}° (95 %){down}."]
@@ -272,7 +262,6 @@ def panel_size(text: str) -> tuple[float, float]:
 
 
 def board_from(chosen: argparse.Namespace) -> Board:
-    """The board that was described in full."""
     return _assembled(chosen, chosen.board, chosen.square, chosen.panel)
 
 

@@ -24,7 +24,6 @@ MAX_COLUMNS = 110  # columns of text
 
 
 def camera_lines(report: CameraFilesReport, board: Board) -> list[str]:
-    """The report of a camera → lines."""
     width, height = report["image_size"]
     shown = report["views_used"] + len(report["views_refused"])
     known = report["uncertainty"]
@@ -84,7 +83,6 @@ def laser_lines(report: LaserFilesReport, board: Board) -> list[str]:
 
 
 def correction_lines(report: CorrectedPictures) -> list[str]:
-    """The report of straightened pictures → lines."""
     count = len(report["pictures"]) + len(report["pictures_refused"])
     way = "exactly" if report["method"] == "exact" else "by Table 1's inverse"
     return [
@@ -135,7 +133,6 @@ def _notes(heading: str, notes: Iterable[tuple[str, str]]) -> list[str]:
 
 
 def _wrapped(words: str, start: str = "") -> list[str]:
-    """Words as lines that begin below each other."""
     columns = max(60, min(MAX_COLUMNS, shutil.get_terminal_size((MAX_COLUMNS, 24)).columns))
     indent = " " * len(start)
     return textwrap.wrap(

@@ -5,21 +5,18 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
 
-from console.cli.answer import write
+from console.cli.answer import add_command, write
 
 SHELLS = ("bash", "zsh", "tcsh")
 FILES = ("LOG", "ARRAY.toml")  # arguments that are files, or something else
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("completion", help="print a shell's completion script")
+    parser = add_command(places, "completion", run, "print a shell's completion script", json=False)
     parser.add_argument("shell", choices=SHELLS, metavar="SHELL", help=", ".join(SHELLS))
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Print the script."""
     write(script(chosen.shell))
     return 0
 
@@ -39,7 +36,6 @@ def script(shell: str) -> str:
 
 
 def arguments(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
-    """Every argument of a parser and of all its subcommands."""
     for action in parser._actions:
         yield action
         if isinstance(action.choices, dict):

@@ -4,12 +4,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from console.cli.answer import add_json, add_out, answer, progress
+from console.cli.answer import add_command, add_out, answer, progress
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("correct", help="take the lens's distortion out of pictures")
+    parser = add_command(places, "correct", run, "take the lens's distortion out of pictures")
     parser.add_argument("images", nargs="+", type=Path, metavar="IMAGE")
     parser.add_argument("--camera", type=Path, required=True, metavar="CAMERA.json", help="the calibrated camera")
     add_out(parser, "where the straight pictures go", required=True)
@@ -19,12 +18,9 @@ def add(places: Any) -> None:
         default="exact",
         help="exact, or the chapter's inverse model on 40 x 40 tie-points",
     )
-    add_json(parser)
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Straighten, save, tell."""
     from console.cli.calibration_words import correction_lines
     from core.pipelines.correct import correct
 

@@ -11,7 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from console.cli.answer import add_json, tell, write, write_json
+from console.cli.answer import add_command, answer, tell
 from console.data_folder import home_folder
 from core.errors import Unavailable, Unwritable
 from core.files import check_folder
@@ -32,8 +32,6 @@ FAILED = "The self-test found something that is not as it should be; the lines m
 
 @message
 class CheckResult:
-    """One line of the examination."""
-
     name: str
     good: bool
     found: str
@@ -43,17 +41,17 @@ class CheckResult:
 
     @property
     def mark(self) -> str:
-        """How it is marked in the list."""
         if self.good:
             return "ok"
         return "FAILED" if self.tested else "MISSING" if self.needed else "absent"
 
+    @property
+    def advice(self) -> str:
+        return "" if self.good else self.remedy
+
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser(
-        "doctor", help="what is installed, what is missing, what to do"
-    )
+    parser = add_command(places, "doctor", run, "what is installed, what is missing, what to do")
     parser.add_argument("--self-test", action="store_true", help="drive the simulated robot for a minute and measure")
     parser.add_argument(
         "--profile",
@@ -62,8 +60,6 @@ def add(places: Any) -> None:
         metavar="DRIVE.mcap",
         help="measure where the time of the robot's steps goes, in a drive that Beckon recorded, or in the simulator",
     )
-    add_json(parser)
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
@@ -76,35 +72,21 @@ def run(chosen: argparse.Namespace) -> int:
 
         tell("The self-test drives the simulated robot; this takes about a minute.")
         findings += [CheckResult(name=name, good=good, found=found, tested=True) for name, good, found in self_test()]
-    bad = [finding for finding in findings if finding.needed and not finding.good]
-    well = not bad
-    if chosen.json:
-        write_json(
-            {
-                "ok": well,
-                "findings": [
-                    {
-                        "name": finding.name,
-                        "ok": finding.good,
-                        "needed": finding.needed,
-                        "found": finding.found,
-                        "remedy": "" if finding.good else finding.remedy,
-                    }
-                    for finding in findings
-                ],
-            }
-        )
-    else:
-        for finding in findings:
-            write(f"{finding.mark:8}{finding.name:26}{finding.found}")
-            if not finding.good and finding.remedy:
-                write(f"        → {finding.remedy}")
-        for sentence, tested in ((MISSING, False), (FAILED, True)):
-            if any(finding.tested is tested for finding in bad):
-                write(sentence)
-        if well:
-            write(WELL)
-    return 0 if well else 1
+    bad = [one for one in findings if one.needed and not one.good]
+    lines = list[str]()
+    for one in findings:
+        lines.append(f"{one.mark:8}{one.name:26}{one.found}")
+        if one.advice:
+            lines.append(f"        → {one.advice}")
+    for sentence, tested in ((MISSING, False), (FAILED, True)):
+        if any(one.tested is tested for one in bad):
+            lines.append(sentence)
+    rows = [
+        {"name": one.name, "ok": one.good, "needed": one.needed, "found": one.found, "remedy": one.advice}
+        for one in findings
+    ]
+    answer(chosen, {"ok": not bad, "findings": rows}, *lines, *([] if bad else [WELL]))
+    return 1 if bad else 0
 
 
 def profile(chosen: argparse.Namespace) -> int:
@@ -113,16 +95,10 @@ def profile(chosen: argparse.Namespace) -> int:
     from core.settings import Settings
 
     found = recorded_profile(Path(chosen.profile), Settings()) if chosen.profile else simulated_profile()
-    if chosen.json:
-        write_json({**asdict(found), "rooms": dict(found.rooms)})
-        return 0
-    for line in lines_of(found):
-        write(line)
-    return 0
+    return answer(chosen, {**asdict(found), "rooms": dict(found.rooms)}, *lines_of(found))
 
 
 def examine() -> list[CheckResult]:
-    """Look at everything once."""
     return [
         python(),
         *map(package, needed()),
@@ -142,7 +118,6 @@ def examine() -> list[CheckResult]:
 
 
 def missing_packages(extra: str) -> list[str]:
-    """The packages of an extra that are not installed."""
     names = [name[0] for line in requirements(extra) if (name := PACKAGE.match(line))]
     return [name for name in names if not package(name).good]
 
@@ -154,7 +129,6 @@ def needed(python: str = HERE) -> list[str]:
 
 
 def python() -> CheckResult:
-    """The interpreter."""
     running = ".".join(map(str, sys.version_info[:3]))
     return CheckResult(
         name="Python", good=sys.version_info >= (3, 11), found=running, remedy="install Python 3.11 or newer"
@@ -162,7 +136,6 @@ def python() -> CheckResult:
 
 
 def package(name: str) -> CheckResult:
-    """One of the packages Beckon needs."""
     try:
         return CheckResult(name=name, good=True, found=version(name))
     except PackageNotFoundError:
@@ -199,7 +172,6 @@ def words(python: str = HERE) -> CheckResult:
 
 
 def people() -> CheckResult:
-    """Check the networks that see real people."""
     return optional(
         "people (networks)",
         good=find("people") is not None,
@@ -223,7 +195,6 @@ def one_opencv() -> CheckResult:
 
 
 def voice() -> CheckResult:
-    """Check the text-to-speech voices."""
     from core.speech.synthesis import can_speak  # loads a library: only when it is asked for
 
     return optional(
@@ -248,7 +219,6 @@ def microphones() -> CheckResult:
 
 
 def figures() -> CheckResult:
-    """Check the library that draws the figures of experiments."""
     there = package("matplotlib")
     return optional(
         "figures (matplotlib)",
@@ -260,13 +230,11 @@ def figures() -> CheckResult:
 
 
 def pipe() -> CheckResult:
-    """The kind of pipe between console and gate."""
-    good = hasattr(socket, "SOCK_SEQPACKET") and sys.platform == "linux"
-    return CheckResult(
-        name="message pipes",
-        good=good,
-        needed=False,
-        found="SOCK_SEQPACKET" if good else "datagrams: a dead console is noticed by its silence only",
+    return optional(
+        "message pipes",
+        good=hasattr(socket, "SOCK_SEQPACKET") and sys.platform == "linux",
+        here="SOCK_SEQPACKET",
+        without="datagrams: a dead console is noticed by its silence only",
         remedy="run the robot's side on Linux",
     )
 
@@ -277,55 +245,43 @@ def precedence() -> CheckResult:
     asking = threading.Thread(target=lambda: found.append(come_first(CONSOLE_RANK)))  # no other thread keeps it
     asking.start()
     asking.join()
-    return CheckResult(
-        name="precedence",
+    return optional(
+        "precedence",
         good=found == [True],
-        needed=False,
-        found="before other programs" if found == [True] else "like other programs: while they take all, it stops",
+        here="before other programs",
+        without="like other programs: while they take all, it stops",
         remedy="Linux: allow real-time priority, in /etc/security/limits.conf: YOU - rtprio 5",
     )
 
 
 def port() -> CheckResult:
-    """The port of the console."""
+    free = True
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind(("127.0.0.1", DEFAULT_PORT))
         except OSError:
-            return CheckResult(
-                name=f"port {DEFAULT_PORT}",
-                good=False,
-                needed=False,
-                found="in use",
-                remedy="another console may be running; or choose one: beckon --port 0",
-            )
-    return CheckResult(name=f"port {DEFAULT_PORT}", good=True, found="free")
+            free = False
+    remedy = "another console may be running; or choose one: beckon --port 0"
+    return optional(f"port {DEFAULT_PORT}", good=free, here="free", without="in use", remedy=remedy)
 
 
 def home() -> CheckResult:
-    """Check the folder of Beckon's data."""
-    folder = home_folder()
+    folder, remedy = home_folder(), "set BECKON_HOME to a folder that you may write to"
     try:
         check_folder(folder)
     except Unwritable as trouble:
-        return CheckResult(
-            name="data folder",
-            good=False,
-            found=str(trouble),
-            remedy="set BECKON_HOME to a folder that you may write to",
-        )
+        return CheckResult(name="data folder", good=False, found=str(trouble), remedy=remedy)
     return CheckResult(name="data folder", good=True, found=str(folder))
 
 
 def browser() -> CheckResult:
-    """A browser for the project's own tests."""
     names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
     where = next((found for found in map(shutil.which, names) if found), None)
-    return CheckResult(
-        name="Chromium (tests only)",
+    return optional(
+        "Chromium (tests only)",
         good=where is not None,
-        needed=False,
-        found=str(Path(where)) if where else "not found",
+        here=str(where),
+        without="not found",
         remedy="Debian: apt install chromium · elsewhere: playwright install chromium",
     )

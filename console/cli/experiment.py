@@ -8,7 +8,7 @@ from typing import Any
 
 from console.cli.answer import (
     ShownProgress,
-    add_json,
+    add_command,
     add_out,
     answer,
     number,
@@ -37,8 +37,7 @@ noise = number(LEAST_NOISE, MOST_NOISE, f"Give a number between {LEAST_NOISE:g} 
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("experiment", help="compute a figure or a table again")
+    parser = add_command(places, "experiment", run, "compute a figure or a table again")
     names = sorted(EXPERIMENTS)
     parser.add_argument(
         "name",
@@ -68,8 +67,6 @@ def add(places: Any) -> None:
     parser.add_argument("--cluster", default="", metavar="tcp://HOST:8786", help="scheduler of a dask cluster")
     parser.add_argument("--resume", action="store_true", help="go on with the runs that lack in --out")
     _add_course_options(parser)
-    add_json(parser)
-    parser.set_defaults(run=run)
 
 
 def _add_course_options(parser: argparse.ArgumentParser) -> None:
@@ -112,7 +109,6 @@ def chosen_options(chosen: argparse.Namespace, name: str) -> dict[str, object]:
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Run it and say what came out."""
     if chosen.resume and chosen.out is None:
         raise BadSettings("--resume goes on with the runs in a folder; give it with --out DIR.")
     if chosen.name == ALL and not chosen.set:

@@ -5,7 +5,7 @@ import sys
 import time
 from typing import Any
 
-from console.cli.answer import add_json, add_out, answer, tell, write, write_json
+from console.cli.answer import add_command, add_out, answer, tell, write, write_json
 from console.declared_options import Options, add_options
 
 MEANINGS = {
@@ -21,8 +21,7 @@ MEANINGS = {
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("fleet", help="many robots: one page, one STOP ALL")
+    parser = add_command(places, "fleet", run, "many robots: one page, one STOP ALL", json=False)
     parser.add_argument(
         "--listen",
         default="tls/0.0.0.0:7447",
@@ -30,27 +29,25 @@ def add(places: Any) -> None:
         help="where robots join (default tls/0.0.0.0:7447)",
     )
     add_options(parser, MEANINGS)
-    parser.set_defaults(run=run, port=8430)
+    parser.set_defaults(port=8430)
     doings = parser.add_subparsers(dest="doing", metavar="DOING")
-    making = doings.add_parser("cert", help="make a certificate by which a robot joins")
+    making = add_command(doings, "cert", make_certificate, "make a certificate by which a robot joins")
     making.add_argument("name", metavar="NAME", help="of the robot: letters, digits, - and _")
     making.add_argument("--viewer", action="store_true", help="for a program that only reads what robots say")
     making.add_argument("--days", type=int, default=825, help="for which it is good (default 825)")
     making.add_argument("--withdraw", action="store_true", help="make none: let the one of this name in no more")
     add_out(making, "folder of its files (default: fleet/NAME in the data folder)")
-    making.set_defaults(run=make_certificate)
-    setting = doings.add_parser("role", help="what a person may do at one robot, where it is not as everywhere")
+    setting = add_command(
+        doings, "role", set_role, "what a person may do at one robot, where it is not as everywhere"
+    )
     setting.add_argument("person", metavar="PERSON", help="the name of their key or link")
     setting.add_argument("robot", metavar="ROBOT")
     setting.add_argument("role", choices=("none", "viewer", "operator", "admin"))
-    setting.set_defaults(run=set_role)
     for one in (making, setting):
         add_options(one, {"data": MEANINGS["data"]})
-        add_json(one)
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Serve until a signal ends the program."""
     sys.stderr.write("Starting the fleet…\n")
     sys.stderr.flush()
     from console.fleet_server.serve import FleetOptions, serve_fleet

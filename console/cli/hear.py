@@ -8,16 +8,18 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import GrowingJson, add_json, progress, tell, write, write_json
+from console.cli.answer import GrowingJson, add_command, progress, tell, write, write_json
 
 if TYPE_CHECKING:
     from core.pipelines.hear import HeardRecording, HeardUtterance, UnreadRecording
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser(
-        "hear", help="where voices are in sound files and recordings (WAV, FLAC, Ogg, MCAP, bags), and what they say"
+    parser = add_command(
+        places,
+        "hear",
+        run,
+        "where voices are in sound files and recordings (WAV, FLAC, Ogg, MCAP, bags), and what they say",
     )
     parser.add_argument("sounds", nargs="+", type=Path, metavar="SOUND")
     parser.add_argument(
@@ -30,8 +32,6 @@ def add(places: Any) -> None:
         help="the channel in which words are read, from 0 (else: the array's beam, or the first that is used)",
     )
     parser.add_argument("--settings", type=Path, metavar="FILE.toml")
-    add_json(parser)
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
@@ -49,7 +49,6 @@ def run(chosen: argparse.Namespace) -> int:
 
 
 def _answer(chosen: argparse.Namespace, heard: Iterator[tuple[str, HeardRecording | UnreadRecording]]) -> int:
-    """Print what was heard in each file, and return the exit code."""
     if not chosen.json:
         read = [_written(name, one) for name, one in heard]
         return 0 if any(read) else 1
@@ -80,7 +79,6 @@ def _warn(name: str, report: HeardRecording | UnreadRecording) -> None:
 
 
 def sentences(name: str, report: HeardRecording | UnreadRecording) -> list[str]:
-    """One file for people."""
     if "error" in report:
         return [f"{name}: {report['error']}"]
     from core.perception.sound.direction import side

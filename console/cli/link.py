@@ -6,18 +6,15 @@ import time
 from pathlib import Path
 from typing import Any
 
-from console.cli.answer import add_json, tell, write, write_json
+from console.cli.answer import add_command, tell, write, write_json
 from core.errors import Unavailable
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("link", help="a link by which someone else may sign in")
+    parser = add_command(places, "link", run, "a link by which someone else may sign in")
     parser.add_argument("--role", choices=("viewer", "operator"), default="operator", help="default: operator")
     parser.add_argument("--name", default="", help="what who opens it is called, such as tablet")
     parser.add_argument("--data", type=Path, metavar="DIR", help="the console's data folder")
-    add_json(parser)
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import tell, write
+from console.cli.answer import add_command, tell, write
 from core.errors import BadInput
 
 if TYPE_CHECKING:
@@ -27,9 +27,12 @@ SPEAKER_PLACE_M = (1.5, 0.5)  # of who speaks there, in front of the robot and t
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser(
-        "listen", help="write commands that microphones hear into speech.txt and source.txt, for another program"
+    parser = add_command(
+        places,
+        "listen",
+        run,
+        "write commands that microphones hear into speech.txt and source.txt, for another program",
+        json=False,
     )
     parser.add_argument("--text-files", type=Path, required=True, metavar="DIR", help="the folder to write into")
     parser.add_argument(
@@ -43,11 +46,9 @@ def add(places: Any) -> None:
     )
     parser.add_argument("--say", metavar="WORDS", help="in a simulated room: someone says this, then listening ends")
     parser.add_argument("--settings", type=Path, metavar="FILE.toml")
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Listen until the recording or the program ends."""
     from console.control.text_file_writer import TextFileWriter  # scipy and the recognizer take a moment: only here
     from core.sensors.microphones import load_array
     from core.settings import load
@@ -91,7 +92,6 @@ def listen(
 
 
 def introduce(listener: SpeechListener) -> None:
-    """Say what reads the words, and what is missing."""
     tell(listener.engine.why)
     if not listener.locates:
         tell("Without an array of microphones there are no directions: no source.txt is written.")
@@ -114,7 +114,6 @@ def take(speech: HeardSpeech, heard: str, ahead: float, writer: TextFileWriter) 
 
 
 def not_written(speech: HeardSpeech) -> str:
-    """A sentence: why an utterance is not in the files."""
     decision = speech.utterance.decision
     if decision.command is None:
         return f"Not written: {decision.reason}"

@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import GrowingJson, add_json, progress, tell, write, write_json
+from console.cli.answer import GrowingJson, add_command, progress, tell, write, write_json
 from core.errors import BadSettings
 
 if TYPE_CHECKING:
@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("look", help="who stands in pictures, and in which direction")
+    parser = add_command(places, "look", run, "who stands in pictures, and in which direction")
     parser.add_argument("pictures", nargs="*", type=Path, metavar="PICTURE", help="files, or one recording")
     parser.add_argument(
         "--every", type=float, default=1.0, metavar="S", help="of a recording: time between two of its pictures"
@@ -32,8 +31,6 @@ def add(places: Any) -> None:
     places_of_camera.add_argument("--camera", type=Path, metavar="CAMERA.json", help="the calibrated camera")
     parser.add_argument("--draw", type=Path, metavar="DIR", help="where annotated pictures go")
     parser.add_argument("--settings", type=Path, metavar="FILE.toml")
-    add_json(parser)
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
@@ -125,7 +122,6 @@ def pattern_of(chosen: argparse.Namespace) -> PictureQuestion:
 
 
 def sentences(answer: LookedPicture) -> list[str]:
-    """One picture for people."""
     if "error" in answer:
         return []
     name, people = answer["picture"], answer["people"]

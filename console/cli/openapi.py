@@ -4,20 +4,21 @@ import argparse
 import json
 from typing import Any
 
-from console.cli.answer import write
+from console.cli.answer import add_command, write
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser(
-        "openapi", help="print the description of the HTTP interface (OpenAPI), without a console that runs"
+    parser = add_command(
+        places,
+        "openapi",
+        run,
+        "print the description of the HTTP interface (OpenAPI), without a console that runs",
+        json=False,
     )
     parser.add_argument("--server", default="http://127.0.0.1:8420", metavar="URL", help="address of the console")
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Print it."""
     from console.api.documentation import ADDRESS  # the whole console: only when it is asked for
     from console.app import described_app
 

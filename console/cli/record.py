@@ -8,7 +8,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, add_out_file, answer, progress
+from console.cli.answer import add_command, add_out_file, answer, progress
 from core.errors import BadInput
 
 if TYPE_CHECKING:
@@ -20,16 +20,13 @@ REPORT_PERIOD_S = 1.0  # [s] between two reports of progress
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser(
-        "record", help="record a robot's readings into an MCAP file, without a page; nothing is driven"
+    parser = add_command(
+        places, "record", run, "record a robot's readings into an MCAP file, without a page; nothing is driven"
     )
     parser.add_argument("--robot", default="sim:lab", metavar="URL|robot.toml", help="see beckon robots")
     add_out_file(parser, "FILE.mcap", "the file to write", required=True)
     parser.add_argument("--seconds", type=float, metavar="N", help="how long (default: until interrupted)")
     parser.add_argument("--settings", type=Path, metavar="FILE.toml")
-    add_json(parser)
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:

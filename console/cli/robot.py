@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, add_out, answer, progress, tell, write, write_json
+from console.cli.answer import add_command, add_out, answer, fault_rows, progress, tell
 from core.errors import BadInput, Refused
 from core.files import write_atomic
 
@@ -23,21 +23,16 @@ RESTORE = "Plug it in again, then press Enter. "
 
 
 def add(places: Any) -> None:
-    """Add the subcommand with its kinds."""
-    parser: argparse.ArgumentParser = places.add_parser("robot", help="check a robot, or begin a driver of one's own")
+    parser = places.add_parser("robot", help="check a robot, or begin a driver of one's own")
     kinds = parser.add_subparsers(dest="kind", metavar="check|new", required=True)
-    check: argparse.ArgumentParser = kinds.add_parser("check", help="try whether a robot does what a driver promises")
+    check = add_command(kinds, "check", run_check, "try whether a robot does what a driver promises")
     check.add_argument("robot", metavar="URL|robot.toml", help="how it is reached, see beckon robots")
     check.add_argument("--drive", action="store_true", help="let it move, after a question")
     check.add_argument("--yes", action="store_true", help="answer the question: the robot may move")
     check.add_argument("--interactive", action="store_true", help="ask to pull the cable, and to plug it in again")
-    add_json(check)
-    check.set_defaults(run=run_check)
-    new: argparse.ArgumentParser = kinds.add_parser("new", help="write a driver that simulates itself, and its test")
+    new = add_command(kinds, "new", run_new, "write a driver that simulates itself, and its test")
     new.add_argument("name", metavar="NAME", help="of the robot: small letters, digits, underscores")
     add_out(new, "where the two files go (default: here)")
-    add_json(new)
-    new.set_defaults(run=run_new)
 
 
 def run_check(chosen: argparse.Namespace) -> int:
@@ -49,41 +44,33 @@ def run_check(chosen: argparse.Namespace) -> int:
     pulled = Interruption(lambda: asked(CUT), lambda: asked(RESTORE)) if chosen.interactive else None
     with progress() as say:
         report = check_robot(chosen.robot, drive=chosen.drive, compare=chosen.drive, interruption=pulled, say=say)
-    if chosen.json:
-        checks = [
-            {"name": one.name, "passed": one.passed, "figure": one.figure, "unit": one.unit, "advice": one.advice}
-            for one in report.checks
-        ]
-        skipped = [one._asdict() for one in report.not_checked]
-        write_json(
-            {
-                "robot": chosen.robot,
-                "passed": report.passed,
-                "checks": checks,
-                "not_checked": skipped,
-                "remarks": list(report.remarks),
-                "faults": [
-                    {"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in report.faults
-                ],
-                "agreement": agreement_of(report),
-            }
-        )
-        return 0 if report.passed else 1
     width = 2 + max(len(one.name) for one in (*report.checks, *report.not_checked))
+    lines: list[str] = []
     for one in report.checks:
         figure = "" if one.figure is None else f"{one.figure:.4g} {one.unit}"
-        write(f"{one.name:{width}}{'passed' if one.passed else 'FAILED':13}{figure}".rstrip())
+        lines.append(f"{one.name:{width}}{'passed' if one.passed else 'FAILED':13}{figure}".rstrip())
         if not one.passed:
-            write(f"{'':{width}}→ {one.advice}")
-    for skipped in report.not_checked:
-        write(f"{skipped.name:{width}}not checked  {skipped.reason}")
-    for remark in report.remarks:
-        write(f"remark: {remark}")
-    for fault in report.faults:
-        write(f"fault {fault.code}: {fault.sentence}")
+            lines.append(f"{'':{width}}→ {one.advice}")
+    lines += [f"{skipped.name:{width}}not checked  {skipped.reason}" for skipped in report.not_checked]
+    lines += [f"remark: {remark}" for remark in report.remarks]
+    lines += [f"fault {fault.code}: {fault.sentence}" for fault in report.faults]
     failed, asked_for = sum(not one.passed for one in report.checks), len(report.checks)
     left_out = f" {len(report.not_checked)} were not made." if report.not_checked else ""
-    write(f"{failed} of {asked_for} checks failed." if failed else f"All {asked_for} checks passed.{left_out}")
+    lines.append(f"{failed} of {asked_for} checks failed." if failed else f"All {asked_for} checks passed.{left_out}")
+    checks = [
+        {"name": one.name, "passed": one.passed, "figure": one.figure, "unit": one.unit, "advice": one.advice}
+        for one in report.checks
+    ]
+    found = {
+        "robot": chosen.robot,
+        "passed": report.passed,
+        "checks": checks,
+        "not_checked": [one._asdict() for one in report.not_checked],
+        "remarks": list(report.remarks),
+        "faults": fault_rows(report.faults),
+        "agreement": agreement_of(report),
+    }
+    answer(chosen, found, *lines)
     return 1 if failed else 0
 
 

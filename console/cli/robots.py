@@ -3,7 +3,7 @@
 import argparse
 from typing import Any, NamedTuple
 
-from console.cli.answer import add_json, answer
+from console.cli.answer import add_command, answer
 from console.cli.doctor import missing_packages
 from core.install import install_extra
 from core.robots.connect import OWN, SCHEMES, brought
@@ -16,8 +16,6 @@ MORE = (
 
 
 class SchemeRow(NamedTuple):
-    """One line of the table."""
-
     scheme: str
     example: str
     what: str
@@ -28,14 +26,12 @@ class SchemeRow(NamedTuple):
 
     @property
     def needs(self) -> str:
-        """Packages to install, for people."""
         if not self.extra:
             return self.package
         return install_extra(self.extra) if self.missing else f"{self.extra} (installed)"
 
     @property
     def fields(self) -> dict[str, object]:
-        """The line as JSON."""
         return {
             **self._asdict(),
             "extra": self.extra or None,
@@ -45,14 +41,10 @@ class SchemeRow(NamedTuple):
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("robots", help="the kinds of robots and what each can")
-    add_json(parser)
-    parser.set_defaults(run=run)
+    add_command(places, "robots", run, "the kinds of robots and what each can")
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Print the table."""
     rows = scheme_rows()
     lines = [HEAD, *((row.example, row.what, row.has, row.needs) for row in rows)]
     widths = [max(len(line[column]) for line in lines) for column in range(len(HEAD))]

@@ -5,18 +5,16 @@ import gc
 import sys
 from typing import Any
 
+from console.cli.answer import add_command
 from console.declared_options import Options, add_options
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("run", help="start the console and open it in the browser")
+    parser = add_command(places, "run", run, "start the console and open it in the browser", json=False)
     add_options(parser)
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Serve until a signal ends the program."""
     if not chosen.log_json:
         sys.stderr.write(f"Starting {chosen.robot}…\n")  # at once: the imports take seconds
         sys.stderr.flush()

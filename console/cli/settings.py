@@ -4,7 +4,7 @@ import argparse
 import inspect
 from typing import Any, NamedTuple
 
-from console.cli.answer import add_json, write, write_json
+from console.cli.answer import add_command, write, write_json
 from core.errors import BadInput
 from core.setting import DeclaredSetting, Section, declared_settings
 
@@ -12,14 +12,9 @@ TYPES = {bool: "boolean", int: "integer", float: "number", str: "string"}  # as 
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser(
-        "settings", help="all settings with units, bounds and defaults"
-    )
+    parser = add_command(places, "settings", run, "all settings with units, bounds and defaults")
     parser.add_argument("section", nargs="?", default="", metavar="SECTION", help="one section only")
     parser.add_argument("--schema", action="store_true", help="the JSON Schema of a settings file, for editors")
-    add_json(parser)
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
@@ -45,8 +40,6 @@ def run(chosen: argparse.Namespace) -> int:
 
 
 class Row(NamedTuple):
-    """One setting."""
-
     name: str
     default: str  # as TOML writes it; "" where there is none
     unit: str
@@ -63,12 +56,10 @@ class Row(NamedTuple):
 
 
 def rows(section: type[Section]) -> list[Row]:
-    """The settings of a section."""
     return [row_of(setting) for setting in declared_settings(section)]
 
 
 def row_of(setting: DeclaredSetting) -> Row:
-    """One setting, as it is declared."""
     meta, number = setting.meta, setting.kind in (int, float)
     bounds = (meta.low, meta.high) if number else (None, None)
     return Row(setting.name, shown(setting.default), meta.unit, *bounds, setting.choices, meta.meaning, setting.watch)
@@ -107,7 +98,6 @@ def schema(sections: dict[str, type[Section]]) -> dict[str, Any]:
 
 
 def section_schema(section: type[Section]) -> dict[str, Any]:
-    """JSON Schema of one section."""
     return {
         "type": "object",
         "description": (inspect.getdoc(section) or "").splitlines()[0],
@@ -117,7 +107,6 @@ def section_schema(section: type[Section]) -> dict[str, Any]:
 
 
 def setting_schema(setting: DeclaredSetting) -> dict[str, Any]:
-    """JSON Schema of one setting."""
     row = row_of(setting)
     unit = f"[{row.unit}] " if row.unit else ""
     found: dict[str, Any] = {"type": TYPES[setting.kind], "description": f"{unit}{row.meaning}\nWatch: {row.watch}"}

@@ -5,12 +5,11 @@ import time
 from pathlib import Path
 from typing import Any
 
-from console.cli.answer import add_json, add_out, answer, progress
+from console.cli.answer import add_command, add_out, answer, progress
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("slam", help="a recording through the estimator, offline")
+    parser = add_command(places, "slam", run, "a recording through the estimator, offline")
     parser.add_argument(
         "log",
         metavar="LOG",
@@ -25,12 +24,9 @@ def add(places: Any) -> None:
         help="whether identities in the log are shown to the filter",
     )
     parser.add_argument("--still", action="store_true", help="take in the frames before the robot moved")
-    add_json(parser)
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Estimate, save, tell."""
     from core.pipelines.slam import slam_log  # scipy and OpenCV take a moment: only where they are needed
     from core.settings import load
 

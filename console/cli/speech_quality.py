@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, add_out, answer, plain, tell
+from console.cli.answer import add_command, add_out, answer, plain, tell
 from console.cli.experiment import seed
 from core.errors import BadInput, BeckonError
 
@@ -24,21 +24,17 @@ MAX_TEXT_BYTES = 4_000_000  # of a text
 
 @dataclass(frozen=True)
 class SpeechReport:
-    """Result of the comparison."""
-
     texts: MarkedFigures | QualityFigures | None
     audio: SimilarityFigures | None = None
     files: Mapping[str, str] = field(default_factory=dict[str, str])
 
     def to_dict(self) -> dict[str, object]:
-        """As JSON, without the files."""
         return {**(self.texts or {}), **({} if self.audio is None else {"audio": self.audio})}
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser(
-        "speech-quality", help="how well speech survives the robot's hearing: OSQE and measures of the sound"
+    parser = add_command(
+        places, "speech-quality", run, "how well speech survives the robot's hearing: OSQE and measures of the sound"
     )
     parser.add_argument("--original", type=Path, metavar="A.txt", help="the text that was spoken")
     parser.add_argument("--person", type=Path, metavar="STT.txt", help="what the person's path wrote down")
@@ -54,12 +50,9 @@ def add(places: Any) -> None:
     live.add_argument("--loudspeaker", default="", metavar="NAME", help="the same")
     live.add_argument("--browser", action="store_true", help="a browser on this computer plays and records instead")
     add_out(parser, "where report page, figures, recordings and texts go")
-    add_json(parser)
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Compare, save, report."""
     way = lived if chosen.live else marked if chosen.marked else compared
     report = way(chosen)
     return answer(chosen, {**report.to_dict(), "files": report.files}, *sentences(report))
@@ -129,7 +122,6 @@ def _of_loop(out: Path | None, result: LoopResult) -> SpeechReport:
 
 
 def of_texts(chosen: argparse.Namespace) -> SpeechQuality | None:
-    """Three texts, or none of them."""
     from core.speech.quality.osqe import compare
 
     given = (chosen.original, chosen.person, chosen.robot)
@@ -142,7 +134,6 @@ def of_texts(chosen: argparse.Namespace) -> SpeechQuality | None:
 
 
 def of_sounds(chosen: argparse.Namespace) -> AudioSimilarity | None:
-    """Two recordings, or none."""
     if chosen.orig_wav is None and chosen.rev_wav is None:
         return None
     if chosen.orig_wav is None or chosen.rev_wav is None:
@@ -176,7 +167,6 @@ def save(out: Path | None, report: SpeechReport, html: str | None) -> dict[str, 
 
 
 def sentences(report: SpeechReport) -> list[str]:
-    """For people."""
     lines: list[str] = []
     if (texts := report.texts) is not None:
         ratio = "undefined" if texts["osqe_r"] is None else f"{texts['osqe_r']:.3g}"

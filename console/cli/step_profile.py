@@ -45,8 +45,6 @@ PARTS_OF_MODULES = (
 
 @message
 class StepProfile:
-    """Processor time of the steps of a drive."""
-
     source: str
     steps: int
     rate_hz: float  # of the frames
@@ -68,7 +66,6 @@ class StepSampler:
 
     @contextmanager
     def sampling(self) -> Generator[None]:
-        """Sample inside of it."""
         before = signal.signal(signal.SIGPROF, self._sample)
         signal.setitimer(signal.ITIMER_PROF, SAMPLE_S, SAMPLE_S)
         try:
@@ -79,7 +76,6 @@ class StepSampler:
 
     @contextmanager
     def step(self) -> Generator[None]:
-        """One step of the pilot."""
         began = self._last = time.process_time()
         self._stepping = True
         try:

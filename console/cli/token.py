@@ -8,31 +8,26 @@ import unicodedata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, answer, tell, write, write_json
+from console.cli.answer import add_command, answer, tell, write, write_json
 from core.errors import BadInput
 
 if TYPE_CHECKING:
-    from console.access.records import Records
+    from console.access.records import KeyRecord, LoginRecord, Records
 
 KINDS = {"start": "printed at a start", "link": "link", "file": "--token-file", "program": "program"}
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("token", help="keys for programs; who may sign in")
+    parser = places.add_parser("token", help="keys for programs; who may sign in")
     doings = parser.add_subparsers(dest="doing", metavar="DOING", required=True)
-    adding = doings.add_parser("add", help="make a fixed key for a program")
+    adding = add_command(doings, "add", add_token, "make a fixed key for a program")
     adding.add_argument("name", metavar="NAME", help="of the program")
     adding.add_argument("--role", choices=("viewer", "operator", "admin"), required=True)
-    adding.set_defaults(run=add_token)
-    listing = doings.add_parser("list", help="all keys, links and logins; never a secret")
-    listing.set_defaults(run=list_tokens)
-    revoking = doings.add_parser("revoke", help="end a key with the logins that it opened, or one login")
+    listing = add_command(doings, "list", list_tokens, "all keys, links and logins; never a secret")
+    revoking = add_command(doings, "revoke", revoke, "end a key with the logins that it opened, or one login")
     revoking.add_argument("which", metavar="ID|NAME", help="as beckon token list shows them")
-    revoking.set_defaults(run=revoke)
     for one in (adding, listing, revoking):
         one.add_argument("--data", type=Path, metavar="DIR", help="the console's data folder")
-        add_json(one)
 
 
 def add_token(chosen: argparse.Namespace) -> int:
@@ -55,25 +50,20 @@ def add_token(chosen: argparse.Namespace) -> int:
 
 
 def list_tokens(chosen: argparse.Namespace) -> int:
-    """Print keys and logins."""
     from console.access.records import AccessFile
     from console.data_folder import home_folder
 
     found = AccessFile(home_folder(chosen.data)).read()
     keys = sorted(found.keys.values(), key=lambda key: key.made_s)
     logins = sorted(found.logins.values(), key=lambda login: login.made_s)
-    if chosen.json:
-        rows = [(key.id, key.name, key.role, key.kind, key.made_s, key.end_s) for key in keys]
-        people = [(login.id, login.name, login.role, login.made_s, login.end_s) for login in logins]
-        names = ("id", "name", "role", "kind", "since_s", "end_s")
-        sessions = [dict(zip((*names[:3], *names[4:]), row, strict=True)) for row in people]
-        write_json({"keys": [dict(zip(names, row, strict=True)) for row in rows], "sessions": sessions})
-        return 0
-    for key in keys:
-        write(f"{key.id:14}{key.name:20}{key.role:10}{KINDS[key.kind]:20}{until(key.end_s)}")
-    for login in logins:
-        write(f"{login.id:14}{login.name:20}{login.role:10}{'signed in':20}{until(login.end_s)}")
-    return 0
+
+    def row(one: KeyRecord | LoginRecord, **more: str) -> dict[str, object]:
+        return {"id": one.id, "name": one.name, "role": one.role, **more, "since_s": one.made_s, "end_s": one.end_s}
+
+    report = {"keys": [row(one, kind=one.kind) for one in keys], "sessions": [row(one) for one in logins]}
+    shown = [(one, KINDS[one.kind]) for one in keys] + [(one, "signed in") for one in logins]
+    lines = (f"{one.id:14}{one.name:20}{one.role:10}{kind:20}{until(one.end_s)}" for one, kind in shown)
+    return answer(chosen, report, *lines)
 
 
 def revoke(chosen: argparse.Namespace) -> int:
@@ -109,5 +99,4 @@ def tidy(given: str) -> str:
 
 
 def until(end: float | None) -> str:
-    """When it ends, in words."""
     return "until revoked" if end is None else time.strftime("until %Y-%m-%d %H:%M", time.localtime(end))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
-from console.cli.answer import add_json, write, write_json
+from console.cli.answer import add_command, write, write_json
 
 if TYPE_CHECKING:
     from core.commands.command import Command
@@ -13,14 +13,9 @@ if TYPE_CHECKING:
 
 
 def add(places: Any) -> None:
-    """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser(
-        "understand", help="what a sentence would make the robot do, without a robot"
-    )
+    parser = add_command(places, "understand", run, "what a sentence would make the robot do, without a robot")
     parser.add_argument("words", nargs="+", metavar="TEXT")
     parser.add_argument("--spoken", action="store_true", help="judge it by the stricter bounds for speech")
-    add_json(parser)
-    parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
@@ -41,8 +36,6 @@ def run(chosen: argparse.Namespace) -> int:
 
 
 class Understanding(TypedDict):
-    """Meaning of a sentence, as JSON."""
-
     accepted: bool
     command: dict[str, object] | None  # name, and its numbers with their units
     heard_as: NotRequired[str]

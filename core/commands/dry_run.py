@@ -65,7 +65,6 @@ class DryRun:
         return self._person_seen(ctx, person)
 
     def _call(self, ctx: ControlContext) -> VoiceBearing | None:
-        """The newest voice, while it counts."""
         call = ctx.call or self._command.call
         known = call is not None and ctx.stamp - call.stamp <= ctx.company.fresh and call.sd <= ctx.company.sure
         return call if known else None
@@ -85,7 +84,6 @@ class DryRun:
         ctx.look.ask(question)
 
     def _take(self, ctx: ControlContext) -> None:
-        """The newest answer → the person."""
         answer = None if ctx.look is None else ctx.look.answer()
         if answer is None or self._asked is None or ctx.camera is None or answer.stamp != self._asked[0]:
             return
@@ -118,7 +116,6 @@ class DryRun:
         return f"{heard} but see nobody there." if heard else "I see nobody."
 
     def _person_seen(self, ctx: ControlContext, person: TrackedPerson) -> Progress:
-        """Describe what a robot would do now."""
         x, y = person.position.tolist()
         apart, angle = ctx.pose.distance_to(x, y), wrap(ctx.pose.bearing_to(x, y))
         follows = self._command.name == "follow_me"

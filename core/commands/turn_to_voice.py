@@ -69,7 +69,6 @@ class TurnToVoice:
         self._next(0, ctx)
 
     def _next(self, number: int, ctx: ControlContext) -> None:
-        """Look at that voice from now on."""
         self._number, self.call = number, self._calls[number]
         self._track = PersonTrack(ctx.people, ctx.tracking, ctx.who, ctx.look)
         self._facing = abs(self._error(ctx)) < BY_CHANCE

@@ -267,7 +267,6 @@ def _result(
 
 
 def _place(place: Place, done: list[dict[str, RowErrors | float]]) -> AudioVisualPlace:
-    """All drives in one place."""
     rows: dict[str, RowFigures] = {}
     for name in SENSORS:
         errors = [one for each in done if isinstance(one := each[name], RowErrors)]

@@ -292,7 +292,6 @@ class _Progress:
             campaign.tell(f"Resumed: {resumed} of {count} runs were done.")
 
     def add(self, seconds: float) -> None:
-        """A run is done."""
         self._done += 1
         self.serial += seconds
         now = time.monotonic()
@@ -306,7 +305,6 @@ class _Progress:
 
 
 def _in_words(seconds: float) -> str:
-    """A time to go."""
     if seconds < 100:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)

@@ -84,7 +84,6 @@ class Draws:
         return course if self.spacing is None else replace(course, landmarks=edges_along_walls(self.spacing))
 
     def _look(self, course: Course, k: int, rng: np.random.Generator) -> tuple[Sighting, ...]:
-        """Sightings after `k` controls."""
         x, y, heading = course.truth[k]
         away = course.landmarks - (x, y)
         ranges = np.hypot(away[:, 0], away[:, 1])

@@ -111,6 +111,5 @@ def _path(run: Run) -> float:
 
 
 def _mean(values: list[float]) -> float:
-    """Mean of those that are numbers."""
     finite = [value for value in values if math.isfinite(value)]
     return float(np.mean(finite)) if finite else math.nan

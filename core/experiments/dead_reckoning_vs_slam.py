@@ -198,7 +198,6 @@ def _figure(result: DriveComparison, done: list[DriveOutcome], drives: Drives) -
 
 
 def _row(name: str, done: list[DriveOutcome]) -> EstimatorFigures:
-    """The figures of one estimator over all runs."""
     averages = np.array([one.average_error_m[name] for one in done])
     worst = int(averages.argmax())
     path = done[worst].path_m[name]
@@ -217,7 +216,6 @@ def _row(name: str, done: list[DriveOutcome]) -> EstimatorFigures:
 
 
 def _table(done: list[DriveOutcome]) -> list[dict[str, object]]:
-    """Every run's figures."""
     return [
         {
             "run": number,

@@ -278,7 +278,6 @@ def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
 
 
 def _work(seed: int, count: int, number: int) -> PlaceRun:
-    """One place."""
     dictation, _ = _dictation()
     said = _said(seed, count)
     person = "" if dictation is None else _person(seed, count)

@@ -185,7 +185,6 @@ def _stop_at(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcom
 
 
 def _stop(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
-    """While it goes straight on."""
     before = room.robot.truth
     room.place(off=along(before, 3.0))
     going = room.robot.tell("continue 3 meters")
@@ -259,7 +258,6 @@ def _come(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
 
 
 def _follow_me(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
-    """Ann leads from place to place, Bob crosses."""
     room.put(ANN, x_m=1.6, y_m=0.2, clothes="red/blue")
     heard = room.command(words, MAX_TRIES)
     if heard.number is None:

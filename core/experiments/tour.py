@@ -165,7 +165,6 @@ def _errors(gaps: Array) -> TourErrors:
 
 
 def _over(tours: Sequence[TourErrors]) -> TourErrors:
-    """The errors of one estimator over several tours."""
     both: TourErrors = {
         "mean_error_m": float(np.mean([one["mean_error_m"] for one in tours])),
         "worst_error_m": max(one["worst_error_m"] for one in tours),

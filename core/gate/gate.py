@@ -419,7 +419,6 @@ class Gate:
         self._write(event, now)
 
     def _set_twist(self, permitted: Permitted, now: float) -> None:
-        """Set the twist of the wheels from now on."""
         if self._twist.moves:
             self._guard.roll(self._twist, min(max(now - self._set_at, 0.0), LATE_TICK_S))
         self._permitted, self._twist, self._set_at = permitted, permitted.twist, now

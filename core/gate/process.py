@@ -91,7 +91,6 @@ class GateLoop:
 
     @property
     def _now(self) -> float:
-        """Time [s] by the gate's clock."""
         return time.monotonic() if self._simulated is None else self._simulated.now
 
     @property

@@ -141,8 +141,6 @@ def check(rows: Iterable[TraceRow], limits: Limits) -> list[str]:
 
 
 class _Inspector:
-    """Walks through the rows and remembers what is allowed."""
-
     def __init__(self, limits: Limits) -> None:
         self.complaints: list[str] = []
         self._limits = limits
@@ -154,7 +152,6 @@ class _Inspector:
         self._spent: set[tuple[str, int]] = set()
 
     def look(self, row: TraceRow) -> None:
-        """Check the next row."""
         if row.event not in EVENTS:
             self._complain(row, f"there is no event {row.event!r}")
         self._look_at_speeds(row)

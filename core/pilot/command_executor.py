@@ -103,7 +103,6 @@ class CommandExecutor:
         self.active_command = self._command = self._action = self.path = self.goal = self.person = None
 
     def _end_next(self, state: Ending, why: str) -> None:
-        """End the command that came in and has not begun."""
         if self._next is not None:
             self._endings.append(replace(_active_command(*self._next), state=state, remark=why))
         self._next = None
@@ -136,7 +135,6 @@ class CommandExecutor:
 
 
 def _active_command(accepted: AcceptedCommand, stamp: float) -> ActiveCommandStatus:
-    """A command that came in at `stamp` [s], as it is shown."""
     return ActiveCommandStatus(
         id=accepted.id,
         name=accepted.command.name,

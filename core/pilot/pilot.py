@@ -271,7 +271,6 @@ class Pilot:
             return self._take(inputs)
 
     def _take(self, inputs: PilotInputs) -> Snapshot:
-        """See and hear, estimate, decide, publish."""
         frame, self._doing = inputs.frame, inputs.doing
         frame = replace(frame, sound=None) if inputs.deaf else frame
         frame = self._repeats.taken_out(frame, self._wheels)
@@ -318,7 +317,6 @@ class Pilot:
             self._reset(stamp)
 
     def _perform(self, act: PilotAct) -> None:
-        """Do what people did between two frames."""
         match act:
             case PlaceAct(x, y, heading):
                 for mapper in self._mappers:
@@ -337,13 +335,11 @@ class Pilot:
                 self._adopt(act)
 
     def _adopt(self, profile: Profile) -> None:
-        """See and hear with the sensors of this profile."""
         self._profile = profile
         self._vision.camera = profile.camera
         self._hearing.hear_with(profile.microphones)
 
     def _enter(self, saved: SavedMap) -> None:
-        """Forget the present map and take this one."""
         self._executor.end("failed", Statement("pilot.other_map"))
         self._trail, self._dead_reckoning_trail, self._edits = MapTrail(), Trail(), MapEdits()
         believed = self._mapper.pose_in(saved)
@@ -376,7 +372,6 @@ class Pilot:
         return self._profile.drives and not self._profile.odometry and not self._profile.lasers
 
     def _decide(self, frame: SensorFrame, motion: Motion, pose: Pose) -> Twist:
-        """Return the twist to ask of the gate."""
         if self._executor.active_command is None:
             return ZERO
         if self._waits_for_odometry(frame.stamp):
@@ -529,7 +524,6 @@ class Pilot:
         hearing: Hearing | None,
         twist: Twist,
     ) -> Snapshot:
-        """All of it in one value."""
         wheels, doing = motion.wheels, self._executor
         return Snapshot(
             stamp=frame.stamp,

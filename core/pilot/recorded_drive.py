@@ -165,7 +165,6 @@ class AsRecorded:
         self._points = frozen(pose.apply(ends[hits]))
 
     def _decoded(self, one: Envelope) -> OccupancyGrid:
-        """The map, to the percent."""
         content: Any = decode(one, one.kind)
         info, place = content.info, content.info.origin
         chance = np.asarray(content.data, np.float32).reshape(info.height, info.width)

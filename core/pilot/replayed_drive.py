@@ -234,7 +234,6 @@ class ReplayedDrive(PlayedRecording):
         return merged(carried, frame)
 
     def _time_of(self, moment: DriveMoment) -> float:
-        """Time [s] from the start."""
         return moment.logged - self._drive.start
 
     @property

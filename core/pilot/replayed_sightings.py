@@ -38,7 +38,6 @@ class ReplayedSightings(PlayedRecording):
         self._begin()
 
     def _begin(self) -> None:
-        """Begin the estimate at the start."""
         self._slam = EkfSlam(self._settings.ekf)
         self._trail, self._drifted, self._by_wheels = Trail(TRAIL_STEP_M), Trail(TRAIL_STEP_M), Pose()
         self._clock = 0.0  # [s] from the start, of what is shown

@@ -89,7 +89,6 @@ class SensorWatch:
         return tuple(self._status(kind, name) for kind, name in self._rates)
 
     def _date(self, frame: SensorFrame) -> None:
-        """Compare the stamps of what came with this frame's."""
         scan, image, sound = frame.scan, frame.image, frame.sound
         if scan is not None:
             self._judge("laser", "scan", scan.laser, scan.oldest, scan.newest)

@@ -107,7 +107,6 @@ def _form_of(place: Path) -> str:
 
 
 def _file(place: Path, number: int | None, ids: Ids, still: bool, settings: LogSettings, *, whole: bool) -> Recording:
-    """One file that is not packed."""
     suffix = _form_of(place)
     if suffix == ".npz":
         return _archive(place, number, ids, still, settings)

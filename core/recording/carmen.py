@@ -76,8 +76,6 @@ def words_of(line: str) -> list[str]:
 
 
 class _Carmen:
-    """Takes lines one by one."""
-
     def __init__(self, settings: LogSettings, tally: ReadReport):
         self._settings = settings
         self._scans: list[Scan] = []
@@ -157,7 +155,6 @@ class _Carmen:
         self.held += 600 + scan.ranges.nbytes
 
     def finish(self, path: Path, tally: ReadReport, others: int) -> ScanRecording:
-        """All lines taken → the recording."""
         if not self._scans:
             reasons = f" What could not be read: {tally.reasons()}." if tally.skipped else ""
             raise BadInput(

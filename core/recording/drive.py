@@ -197,7 +197,6 @@ class DriveRecording:
             yield held[0].logged, tuple(held)
 
     def _moment(self, logged: float, group: tuple[Envelope, ...]) -> DriveMoment | None:
-        """The messages of one moment → the moment; None where no frame is in it."""
         moment = DriveMoment(logged, group, self._record(group), self._tally)
         return moment if moment.is_frame else None
 
@@ -212,8 +211,6 @@ class DriveRecording:
 
 
 class _Readings:
-    """The readings of one moment."""
-
     def __init__(self) -> None:
         self._wheels: tuple[float, Wheels] | None = None
         self._scan: Scan | None = None

@@ -70,7 +70,6 @@ class McapChunks:
         return [bisect.bisect_left(self._begins, begin) for begin in sorted(self._holding.get(topic, []))]
 
     def _listed(self, summary: Summary) -> list[ChunkSpan]:
-        """The chunks by the index of the file."""
         schemas = [(number, one.name) for number, one in summary.schemas.items()]
         channels = [(key, one.topic, one.message_encoding, one.schema_id) for key, one in summary.channels.items()]
         self._walk.know(schemas, channels)

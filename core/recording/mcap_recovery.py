@@ -137,7 +137,6 @@ class _Remains:
 
     @property
     def chunks(self) -> list[ChunkIndex]:
-        """The index of every chunk."""
         return [block.index for block in self._blocks if isinstance(block.index, ChunkIndex)]
 
     def finish(self, more: Mapping[str, str]) -> None:
@@ -154,7 +153,6 @@ class _Remains:
             self._write(begin, tail)
 
     def written(self, path: Path) -> RecordedFile:
-        """The file as it is now."""
         first, last = self._span
         counts = {self._channels[number].topic: count for number, count in self._counts.items()}
         return RecordedFile(
@@ -172,7 +170,6 @@ class _Remains:
 
     @property
     def _counts(self) -> Counter[int]:
-        """How many messages each channel has."""
         counts = Counter[int]()
         for block in self._blocks:
             counts.update({number: len(index.records) for number, index in block.messages.items()})

@@ -38,8 +38,6 @@ def messages(path: Path, settings: LogSettings, tally: ReadReport) -> Iterator[E
 
 
 class _BagWalk:
-    """One pass over the records."""
-
     def __init__(self, source: BinaryLog, largest_block: int, tally: ReadReport):
         self._source = source
         self._largest_block = largest_block

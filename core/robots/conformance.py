@@ -234,7 +234,6 @@ class Suite:
         return min(one.rate or one.measured, self.session.profile.rate)
 
     def _keeps_rate(self, one: SensorSeries) -> bool:
-        """Return whether a sensor has about the rate of the profile."""
         expected = self._rate_of(one)
         return MIN_RATE_RATIO * expected <= one.measured <= MAX_RATE_RATIO * expected and one.measured > 0
 

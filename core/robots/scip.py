@@ -308,7 +308,6 @@ class ScipLaser(Device):
         self._forget()
 
     def _answer(self, command: bytes, patience: float = ANSWER_TIMEOUT_S) -> list[bytes]:
-        """Send a command → the lines of the next reply, [] when none comes."""
         self._forget()
         self._write(command + b"\n")
         end = time.monotonic() + patience

@@ -82,8 +82,6 @@ def _box(length: float) -> Array:
 
 
 class _Lens(NamedTuple):
-    """Effect of a camera's lens on a level view that is drawn without one."""
-
     view: PinholeView
     heading: float  # [rad] of the view, in the robot's axes
     maps: tuple[Array, Array]  # the picture's pixels in the view, as `cv2.remap` takes them

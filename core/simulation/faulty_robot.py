@@ -95,7 +95,6 @@ class FaultyRobot:
         return next(self._scans.arrived(stamp), None)
 
     def _taken(self, image: Image | None, stamp: float) -> Image | None:
-        """Spoil a picture."""
         if image is not None:
             if self._faults.get("frozen_picture"):
                 self._image = self._image or image

@@ -88,7 +88,6 @@ def _draw_paths(axes: Axes, panel: Panel, room: DriveSurroundings, colour: str) 
 
 
 def _draw_errors(axes: Axes, panel: Panel, colour: str) -> None:
-    """Errors over time."""
     trace = panel.trace
     for errors, _ in panel.others:
         axes.plot(*_thinned(errors.T).T, color=colour, linewidth=0.8, alpha=FAINT_OPACITY)

@@ -100,7 +100,6 @@ def _draw_boards(axes: Any, outlines: Array) -> None:
 
 
 def _draw_camera(axes: Any, model: CameraModel) -> None:
-    """The camera's view as a pyramid, and its axes."""
     half = np.array([model.width / model.fx, model.height / model.fy]) / 2 * PYRAMID_M
     base = np.array([[x * half[0], y * half[1], PYRAMID_M] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
     for corner, following in zip(base, np.roll(base, -1, axis=0), strict=True):

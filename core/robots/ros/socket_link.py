@@ -284,7 +284,6 @@ class RosSocket(RosDevice):
         link.send(payload)
 
     def _note(self, sentence: str) -> None:
-        """Tell the operator, once."""
         if sentence in self._said:
             return
         self._said.append(sentence)

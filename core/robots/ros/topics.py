@@ -210,7 +210,6 @@ class _Chooser:
         )
 
     def _of(self, role: str) -> list[str]:
-        """The topics that could be this."""
         kinds = TYPES[role]
         return [
             topic
@@ -234,7 +233,6 @@ class _Chooser:
         return topic
 
     def _named(self, role: str, name: str) -> str:
-        """The topic that the settings name."""
         if name == NOTHING:
             return ""
         topic = _absolute(name, self._space)

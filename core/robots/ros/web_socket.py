@@ -146,7 +146,6 @@ class WebSocket:
         return events
 
     def _messages(self, events: Sequence[Any]) -> list[str | bytes]:
-        """Frames → whole messages."""
         found: list[str | bytes] = []
         for event in events:
             if not isinstance(event, Frame) or event.opcode not in DATA_OPCODES:

@@ -107,7 +107,6 @@ def _kind(request: PlaceBoard) -> tuple[Board, tuple[float, float]]:
 
 
 def _pose(request: PlaceBoard, board: Board, robot: Pose, camera: Camera | None) -> Transform:
-    """World from board."""
     in_camera = request.in_camera
     if in_camera is None:
         middle = np.array([finite(getattr(request, key), key) for key in ("x_m", "y_m", "z_m")])

@@ -27,8 +27,6 @@ SAMPLE_STEP_M = 0.1  # between the places of a path that are checked
 
 @dataclass
 class _WalkingPath:
-    """The path of a person who walks."""
-
     path: Array  # (P, 2) [m], where they set out first
     speed: float  # [m/s]
     again: bool  # round and round, or once
@@ -94,7 +92,6 @@ class Pedestrians:
         return world
 
     def _stepped(self, walk: _WalkingPath, person: Thing, passed: float, robot: Pose, world: World) -> Thing:
-        """Move one person on by `passed` [s]."""
         x, y = person.pose.x, person.pose.y
         goal = walk.path[walk.at]
         left = math.hypot(goal[0] - x, goal[1] - y)

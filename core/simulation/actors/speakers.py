@@ -104,7 +104,6 @@ class Speakers:
 
 
 def _spoken(request: Speak) -> Array:
-    """The sound of a request (N,) at RATE."""
     if request.pcm is not None:
         if not RATE_BOUNDS_HZ[0] <= request.rate_hz <= RATE_BOUNDS_HZ[1]:
             raise BadInput(f"rate_hz must be a whole number from {RATE_BOUNDS_HZ[0]:,} to {RATE_BOUNDS_HZ[1]:,}.")

@@ -349,8 +349,6 @@ def _bend(walls: Array, number: int, *, end: bool) -> int:
 
 
 class _Room(NamedTuple):
-    """A world's textures that nothing changes."""
-
     walls: WallTexture
     corner: tuple[float, float]  # [m] of floor and ceiling
     floor: Mipmap  # without the shadows of what was placed in the world
