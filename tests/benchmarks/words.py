@@ -23,9 +23,8 @@ from core.speech.recognition.decision import Decision, Scores, Sentence, Thresho
 from core.speech.recognition.recognizer import Recognizer, StreamingRecognizer, Utterance, pcm
 from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.sphinx.decoder import grammar_decoder
-from core.speech.sphinx.dictation import SphinxDictation
 from core.speech.sphinx.jsgf import plain_grammar, written
-from core.speech.sphinx.recognizer import Sphinx
+from core.speech.sphinx.recognizer import Sphinx, SphinxDictation
 from core.speech.transcription.array_transcriber import READINGS, ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
 from tests.benchmarks.word_hearing import (

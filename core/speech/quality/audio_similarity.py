@@ -21,24 +21,23 @@ SILENCE_DB = -120.0
 PESQ_RATE = 16_000  # [Hz] of its wide band
 
 
-@message
-class RecordingHealth:
-    """One recording by itself."""
+class HealthFigures(TypedDict):
+    """The state of one recording."""
 
-    rate: int  # [Hz]
+    sample_rate_hz: int
     channels: int
-    duration: float  # [s]
-    level_db: float  # [dB of full scale] RMS
-    noise_floor_db: float  # [dB of full scale] of its quietest tenth
-    clipped: float  # share of the samples, 0..1
+    duration_s: float
+    level_dbfs: float  # RMS
+    noise_floor_dbfs: float  # of its quietest tenth
+    clipped_share: float  # of the samples, 0..1
 
 
 @message
 class AudioSimilarity:
     """The share of the original that is left in the received sound."""
 
-    original: RecordingHealth
-    received: RecordingHealth
+    original: HealthFigures
+    received: HealthFigures
     matched: AlignedRecordings
     stoi: float | None  # None: too short
     estoi: float | None
@@ -63,20 +62,20 @@ def liken(original: Sound, received: Sound) -> AudioSimilarity:
     )
 
 
-def health(sound: Sound) -> RecordingHealth:
+def health(sound: Sound) -> HealthFigures:
     """A recording → its level, noise floor and clipping."""
     samples = np.asarray(sound.samples, float)
     length = max(1, round(FRAME_S * sound.rate))
     power = np.mean(samples**2, axis=1)
     whole = power[: len(power) // length * length].reshape(-1, length).mean(axis=1)
-    return RecordingHealth(
-        rate=sound.rate,
-        channels=sound.channels,
-        duration=sound.duration,
-        level_db=_db(float(power.mean()) if len(power) else 0.0),
-        noise_floor_db=_db(float(np.percentile(whole, NOISE_PERCENTILE)) if len(whole) else 0.0),
-        clipped=max((_clipped(channel) for channel in samples.T), default=0.0),
-    )
+    return {
+        "sample_rate_hz": sound.rate,
+        "channels": sound.channels,
+        "duration_s": sound.duration,
+        "level_dbfs": _db(float(power.mean()) if len(power) else 0.0),
+        "noise_floor_dbfs": _db(float(np.percentile(whole, NOISE_PERCENTILE)) if len(whole) else 0.0),
+        "clipped_share": max((_clipped(channel) for channel in samples.T), default=0.0),
+    }
 
 
 def _clipped(channel: Array) -> float:
@@ -102,17 +101,6 @@ def _pesq(matched: AlignedRecordings) -> tuple[float | None, str]:
         return float(package.pesq(PESQ_RATE, matched.original, matched.received, "wb")), ""
     except (package.PesqError, ValueError):
         return None, "PESQ found no utterance in these recordings."
-
-
-class HealthFigures(TypedDict):
-    """The state of one recording, as JSON."""
-
-    sample_rate_hz: int
-    channels: int
-    duration_s: float
-    level_dbfs: float
-    noise_floor_dbfs: float
-    clipped_share: float
 
 
 class SimilarityFigures(TypedDict):
@@ -144,18 +132,7 @@ def as_json(one: AudioSimilarity) -> SimilarityFigures:
         "delay_s": one.matched.delay,
         "correlation": one.matched.correlation,
         "inverted": one.matched.inverted,
-        "level_change_db": one.received.level_db - one.original.level_db,
-        "original": _health_json(one.original),
-        "received": _health_json(one.received),
-    }
-
-
-def _health_json(one: RecordingHealth) -> HealthFigures:
-    return {
-        "sample_rate_hz": one.rate,
-        "channels": one.channels,
-        "duration_s": one.duration,
-        "level_dbfs": one.level_db,
-        "noise_floor_dbfs": one.noise_floor_db,
-        "clipped_share": one.clipped,
+        "level_change_db": one.received["level_dbfs"] - one.original["level_dbfs"],
+        "original": one.original,
+        "received": one.received,
     }

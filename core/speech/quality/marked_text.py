@@ -9,7 +9,7 @@ import re
 from typing import TypedDict
 
 from core.errors import BadInput
-from core.speech.quality.osqe import OsqeScore, score
+from core.speech.quality.osqe import OsqeFigures, OsqeScore, score, score_json
 from core.speech.quality.word_alignment import phrases_of
 
 MARK = re.compile(r"=([^=\n]+)=")
@@ -62,29 +62,17 @@ class MarkedWord(TypedDict):
     heard: str
 
 
-class MarkedFigures(TypedDict):
+class MarkedFigures(OsqeFigures):
     """The figures of two marked texts, as JSON."""
 
-    erroneous_words_person: int
-    erroneous_words_robot: int
-    osqe_d: int
-    osqe_r: float | None
-    reason: str
-    osqe_r_bounded: float
     words: int
     differences: list[MarkedWord]
 
 
 def as_json(person: str, robot: str) -> MarkedFigures:
     """The figures of two marked texts."""
-    one = marked_score(person, robot)
     return {
-        "erroneous_words_person": one.person,
-        "erroneous_words_robot": one.robot,
-        "osqe_d": one.difference,
-        "osqe_r": one.ratio,
-        "reason": one.reason,
-        "osqe_r_bounded": one.bounded,
+        **score_json(marked_score(person, robot)),
         "words": sum(map(len, phrases_of(unmarked(person)))),
         "differences": [
             {"path": name, "kind": "marked", "original": None, "heard": word}

@@ -174,17 +174,22 @@ class WordDifference(TypedDict):
     heard: str | None
 
 
-class QualityFigures(TypedDict):
-    """All figures of a comparison, as JSON."""
+class OsqeFigures(TypedDict):
+    """The figures of the paper, as JSON."""
 
-    words: int
-    phrases: int
     erroneous_words_person: int
     erroneous_words_robot: int
     osqe_d: int
     osqe_r: float | None
     reason: str
     osqe_r_bounded: float
+
+
+class QualityFigures(OsqeFigures):
+    """All figures of a comparison, as JSON."""
+
+    words: int
+    phrases: int
     osqe_d_interval_95: list[float]
     osqe_r_bounded_interval_95: list[float]
     verdict: str
@@ -194,18 +199,24 @@ class QualityFigures(TypedDict):
     differences: list[WordDifference]
 
 
-def as_json(quality: SpeechQuality) -> QualityFigures:
-    """All figures with the names of the file forms."""
-    one = quality.score
+def score_json(one: OsqeScore) -> OsqeFigures:
+    """The score with the names of the file forms."""
     return {
-        "words": quality.person.words,
-        "phrases": len(quality.phrases),
         "erroneous_words_person": one.person,
         "erroneous_words_robot": one.robot,
         "osqe_d": one.difference,
         "osqe_r": one.ratio,
         "reason": one.reason,
         "osqe_r_bounded": one.bounded,
+    }
+
+
+def as_json(quality: SpeechQuality) -> QualityFigures:
+    """All figures with the names of the file forms."""
+    return {
+        "words": quality.person.words,
+        "phrases": len(quality.phrases),
+        **score_json(quality.score),
         "osqe_d_interval_95": list(quality.difference_interval),
         "osqe_r_bounded_interval_95": list(quality.bounded_interval),
         "verdict": quality.verdict,

@@ -187,13 +187,13 @@ def _sound(one: AudioSimilarity) -> str:
         ("SI-SDR", _number(one.si_sdr_db, ".1f", " dB"), "reverberation counts as distortion here"),
         ("PESQ, wide band", _number(one.pesq, ".2f"), one.pesq_reason or "1 to 4.6"),
         ("delay", f"{1000 * one.matched.delay:.1f} ms", "found and taken out before comparing"),
-        ("level", f"{one.received.level_db - one.original.level_db:+.1f} dB", "received against original"),
+        ("level", f"{one.received['level_dbfs'] - one.original['level_dbfs']:+.1f} dB", "received against original"),
         (
             "noise floor",
-            f"{one.received.noise_floor_db:.0f} dBFS",
-            f"original {one.original.noise_floor_db:.0f} dBFS",
+            f"{one.received['noise_floor_dbfs']:.0f} dBFS",
+            f"original {one.original['noise_floor_dbfs']:.0f} dBFS",
         ),
-        ("clipped", f"{100 * one.received.clipped:.2f} %", f"original {100 * one.original.clipped:.2f} %"),
+        ("clipped", _percent(one.received["clipped_share"]), f"original {_percent(one.original['clipped_share'])}"),
     ]
     if one.matched.inverted:
         rows.append(("polarity", "inverted", "the received sound is upside down; it was turned"))
@@ -205,6 +205,10 @@ def _sound(one: AudioSimilarity) -> str:
         f"<p class='note'>The first {seconds:.1f} s to the right, 0 to 8 kHz upwards, the same colours in both.</p>"
         "</section>"
     )
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2f} %"
 
 
 def _number(value: float | None, form: str, unit: str = "") -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from core.errors import BadInput
 from core.message import message
-from core.speech.understanding.numbers import DIGITS, TEEN_WORDS, TENS
+from core.speech.understanding.numbers import DIGITS, WHOLE_WORDS
 
 Kind = Literal["same", "substituted", "deleted", "inserted"]
 
@@ -64,19 +64,11 @@ def number_words(digits: str) -> list[str]:
     tail = ["point", *(DIGITS[int(digit)] for digit in decimals)] if dot else []
     if len(whole) > 3 or whole[:1] in ("", "0"):
         return [*sign, *(DIGITS[int(digit)] for digit in whole), *tail]
-    return [*sign, *_below_1000(int(whole)), *tail]
-
-
-def _below_1000(value: int) -> list[str]:
-    hundreds, rest = divmod(value, 100)
+    hundreds, rest = divmod(int(whole), 100)
     words = [DIGITS[hundreds], "hundred"] if hundreds else []
-    if rest >= 20:
-        words.append(TENS[rest // 10 - 2])
-        rest %= 10
-        return words if rest == 0 else [*words, DIGITS[rest]]
     if rest or not hundreds:
-        words.append((DIGITS + TEEN_WORDS)[rest])
-    return words
+        words += WHOLE_WORDS[str(rest)].split()
+    return [*sign, *words, *tail]
 
 
 def align(original: Sequence[Sequence[str]], heard: Sequence[str]) -> tuple[Pair, ...]:

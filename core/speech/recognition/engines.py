@@ -155,7 +155,7 @@ ENGINES = {
         name="sphinx",
         says="pocketsphinx reads the words: it brings its model, and understands clear voices at a short distance.",
         recognizer="sphinx.recognizer:Sphinx",
-        dictation="sphinx.dictation:SphinxDictation",
+        dictation="sphinx.recognizer:SphinxDictation",
         writes_any_words=False,
         given=_whole_settings,
     ),

@@ -7,12 +7,20 @@ from typing import Any
 
 from core.message import Array, message
 from core.speech.sphinx.decoder import FRAME_S, take_in
-from core.speech.sphinx.leftover_speech import WordSpan
 
 NATS_FACTOR = 1024.0
 """pocketsphinx counts in steps of 1024 times its smallest; its figures are exponentials of what is left then."""
 
 TINY = sys.float_info.min  # what has become 0 on the way here was at least as small
+
+
+@message
+class WordSpan:
+    """A word in time."""
+
+    word: str
+    begin: float  # [s] from the first sample of the utterance's sound
+    end: float  # [s]
 
 
 @message

@@ -8,25 +8,27 @@ other numbers are put to the vote, and so is a sentence that was rejected just b
 word, which a breath may resemble, has to fit better than anything else every time.
 """
 
+import math
 from collections.abc import Iterable, Iterator
 from math import inf
 from typing import Any
 
+import numpy as np
+
 from core.commands import needs_confirmation
 from core.commands.command import Command
+from core.commands.stop_moving import STOP_MOVING
 from core.message import Array, message
 from core.perception.sound.noise_reduction import without_noise
 from core.sensors.resampling import resampled
 from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Sentence, Thresholds, decide, no_command
-from core.speech.recognition.endpointing import over_noise, voiced
+from core.speech.recognition.endpointing import FRAME_SAMPLES, HOP_SAMPLES, levels, over_noise, voiced
 from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE_HZ, SpeechSettings
-from core.speech.sphinx.decoded_path import DecodedPath, decoded
+from core.speech.sphinx.decoded_path import DecodedPath, WordSpan, decoded
 from core.speech.sphinx.decoder import garbage_words, grammar_decoder
 from core.speech.sphinx.garbage_model import grammar
 from core.speech.sphinx.jsgf import plain_grammar
-from core.speech.sphinx.leftover_speech import left_over
-from core.speech.sphinx.likelihood_ratio import headroom
 from core.speech.sphinx.rescoring import Vote, Words, nearest_others, vote
 
 LEAST_BEFORE = 0.15  # [s] of noise before the speech that are left out of learning it: the speech may begin there
@@ -208,3 +210,103 @@ def _around_voice(samples: Array) -> tuple[int, int]:
     return max(round((begin - VOICE_MARGIN_S) * RATE_HZ), 0), min(
         round((end + VOICE_MARGIN_S) * RATE_HZ), len(samples)
     )
+
+
+BELOW_DB = 14.0  # under the loudest word, down to which sound counts as speech
+ABOVE_SDS = 3.0  # standard deviations over the noise before the speech, from which it does
+WORD_MARGIN_S = 0.1  # by which the bounds of a word may be wrong
+NOISE_EDGE_S = 0.15  # at the end of the noise before the speech, that are not taken for noise
+
+
+def left_over(utterance: Utterance, spans: tuple[WordSpan, ...], offset: float = 0.0) -> float:
+    """[s] of the utterance that sound like speech and belong to no word; the words' times count from `offset` [s].
+
+    A decoder likes to take speech that fits nowhere for silence: "follow my instructions" becomes "follow me" and a
+    long pause. What is as loud as the words but lies outside of them gives that away.
+    """
+    if len(utterance.samples) < FRAME_SAMPLES or not spans:
+        return 0.0
+    level = levels(utterance.samples)
+    times = (FRAME_SAMPLES / 2 + HOP_SAMPLES * np.arange(len(level))) / RATE_HZ - offset
+    within, beside = np.zeros(len(level), bool), np.zeros(len(level), bool)
+    for span in spans:
+        within |= (times >= span.begin) & (times <= span.end)
+        beside |= (times >= span.begin - WORD_MARGIN_S) & (times <= span.end + WORD_MARGIN_S)
+    if not within.any() or beside.all():
+        return 0.0
+    least = max(float(np.quantile(level[within], 0.9)) - BELOW_DB, _noise_reaches(level, times + offset, utterance))
+    return float(np.count_nonzero(level[~beside] > least)) * HOP_SAMPLES / RATE_HZ
+
+
+def _noise_reaches(level: Array, times: Array, utterance: Utterance) -> float:
+    """[dB] that the noise before the speech seldom exceeds."""
+    before = level[times < utterance.begin - utterance.sound.stamp - NOISE_EDGE_S]
+    return float(before.mean() + ABOVE_SDS * before.std()) if len(before) else -np.inf
+
+
+MIN_WORD_S = 0.1  # of a word, as which shorter ones count: a moment is little evidence
+LONG_COMMAND_WORDS, LONG_FACTOR = 5, 1.25  # so many words resemble little else: they may be so much further behind
+STOPPING_FACTOR = 1.5  # the same where the words stop the robot: to miss them is worse than to stop for others
+STOPS = frozenset(tuple(words.split()) for words in STOP_MOVING.words)
+
+
+@message
+class LikelihoodRatio:
+    """Margin by which a command fits better than anything else; below 0: worse."""
+
+    lead: float  # [nats] a second of its words, over all of the sound
+    within: float  # [nats] a second of its words, within them
+    beside: float  # [nats] outside its words: below 0 where something else was said there, or they echo
+    weakest: float  # [nats] a second, within the word that fits worst
+
+
+def compare(command: DecodedPath, other: DecodedPath) -> LikelihoodRatio:
+    """Two paths through the same sound → how they compare. Without words it fits infinitely worse."""
+    if not command.spans:
+        return LikelihoodRatio(lead=-math.inf, within=-math.inf, beside=-math.inf, weakest=-math.inf)
+    if not other.pieces:
+        return LikelihoodRatio(lead=math.inf, within=math.inf, beside=math.inf, weakest=math.inf)
+    spoken = command.spans[-1].end - command.spans[0].begin
+    better = command.fit - other.fit
+    leads = [
+        command.fit_within(span.begin, span.end) - other.fit_within(span.begin, span.end) for span in command.spans
+    ]
+    by_word = (lead / max(span.end - span.begin, MIN_WORD_S) for lead, span in zip(leads, command.spans, strict=True))
+    within = sum(leads)
+    return LikelihoodRatio(lead=better / spoken, within=within / spoken, beside=better - within, weakest=min(by_word))
+
+
+def headroom(command: DecodedPath, other: DecodedPath, settings: SpeechSettings) -> float:
+    """[nats/s] by which a command is above the least that is accepted, of all bounds the nearest; not above 0: it is
+    none. It must fit about as well as any other words; a single word must fit better.
+    """
+    ratio = compare(command, other)
+    if len(command.spans) == 1:
+        return ratio.lead
+    share = (
+        STOPPING_FACTOR
+        if command.words in STOPS
+        else LONG_FACTOR
+        if len(command.spans) >= LONG_COMMAND_WORDS
+        else 1.0
+    )
+    near = ratio.lead + share * settings.most_behind
+    echoes = min(ratio.within + share * settings.echoing_behind, ratio.beside + settings.echo)
+    return min(max(near, echoes), ratio.weakest + share * settings.word_behind)
+
+
+class SphinxDictation:
+    """All speech as sentences of the grammar, accepted as commands or not: the texts of OSQE (Figs. 10, 11).
+
+    A recognizer that moves a robot refuses what it is not sure of; that would measure its caution.
+    """
+
+    def __init__(self, settings: SpeechSettings | None = None) -> None:
+        """Raises Unavailable when pocketsphinx is not installed."""
+        self._settings = settings or SpeechSettings()
+        self._decoder = grammar_decoder(plain_grammar(), **options_of(self._settings))
+
+    def transcribe(self, utterance: Utterance) -> str:
+        """The words that fit best; "" only where nothing was said."""
+        views, _ = views_of(utterance, self._settings.clear_ratio)
+        return " ".join(decoded(self._decoder, views[0]).words)

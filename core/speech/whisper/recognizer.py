@@ -48,8 +48,7 @@ from core.speech.settings import RATE_HZ
 from core.speech.understanding.grammar import OwnPhrases, Refusal, faithful, parse, says_stop, slips
 from core.speech.understanding.numbers import number_words
 from core.speech.understanding.place_names import ARTICLE, names_alike
-from core.speech.whisper.chance import by_chance
-from core.speech.whisper.joint_search import Columns, Found, JointSearch, ScoredText
+from core.speech.whisper.joint_search import Columns, Found, JointSearch, ScoredText, by_chance
 from core.speech.whisper.log_mel import log_mel
 from core.speech.whisper.model_file import ModelFile
 from core.speech.whisper.spellings import (
@@ -392,7 +391,12 @@ class WhisperRecognizer:
         if decision.command is None and not any(map(found.free_text.lower().startswith, TO_NAMES)):
             return decision
         if key_of(words, self._own) is not None:
-            return decide(self._heard_as(words), Scores(sentence=read.free[0].nats), THRESHOLDS, objection=NOT_SURE)
+            return decide(
+                Sentence(as_understood(words), self._own),
+                Scores(sentence=read.free[0].nats),
+                THRESHOLDS,
+                objection=NOT_SURE,
+            )
         refused = _not_understood(words, map(self._sentence, self._near([*near], read.free[0].nats)), fits)
         return replace(refused, words=words, reason=Statement("places.no_such_sound", words=words))
 
@@ -503,10 +507,7 @@ class WhisperRecognizer:
         ]
 
     def _sentence(self, meaning: Meaning) -> Sentence:
-        return self._heard_as(meaning.spelling)
-
-    def _heard_as(self, spelling: str) -> Sentence:
-        return Sentence(as_understood(spelling), self._own)
+        return Sentence(as_understood(meaning.spelling), self._own)
 
 
 def key_of(words: str, own: OwnPhrases = ()) -> Key | None:
@@ -630,21 +631,17 @@ class _ChanceOfPhrases(dict[str, float]):
 
 
 def _bounds_of(nats: float) -> Bounds:
-    """Return the bounds of a command of which the likeliest phrase has so many nats by chance."""
-    return _between(min(max((OFTEN - nats) / (OFTEN - RARELY), 0.0), 1.0))
+    """The bounds of a command of which the likeliest phrase, said often or rarely, has so many nats by chance."""
+    share = min(max((OFTEN - nats) / (OFTEN - RARELY), 0.0), 1.0)
+    return Bounds(
+        score=COMMON_BOUNDS.score + share * (RARE_BOUNDS.score - COMMON_BOUNDS.score),
+        behind_free=COMMON_BOUNDS.behind_free + share * (RARE_BOUNDS.behind_free - COMMON_BOUNDS.behind_free),
+    )
 
 
 def _bounds_of_name(nats: float) -> Bounds:
     """The same of a place: a name that is seldom written by itself is written less surely where it was said."""
     return replace(NAME_BOUNDS, score=NAME_BOUNDS.score + NAMES_BY_CHANCE * (nats - USUAL_NAME))
-
-
-def _between(share: float) -> Bounds:
-    """Bounds of words that people say often (0) to rarely (1)."""
-    return Bounds(
-        score=COMMON_BOUNDS.score + share * (RARE_BOUNDS.score - COMMON_BOUNDS.score),
-        behind_free=COMMON_BOUNDS.behind_free + share * (RARE_BOUNDS.behind_free - COMMON_BOUNDS.behind_free),
-    )
 
 
 def _not_understood(free_text: str, resembling: Iterable[Sentence], fits: float) -> Decision:

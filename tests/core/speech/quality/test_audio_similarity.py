@@ -74,16 +74,16 @@ def test_another_rate_and_another_sign_do_not_matter() -> None:
     faster = -np.interp(time, np.arange(len(VOICE)) / RATE, VOICE)
     one = liken(sound(VOICE), sound(faster, 48_000))
     assert one.matched.inverted
-    assert one.received.rate == 48_000
+    assert one.received["sample_rate_hz"] == 48_000
     assert (one.stoi or 0) > 0.97
 
 
 def test_clipping_level_and_noise_floor_are_told() -> None:
     loud = np.clip(VOICE / 0.05, -1, 1)
-    assert health(sound(loud)).clipped > 0.05
-    assert health(sound(VOICE)).clipped == 0.0
-    assert health(sound(VOICE)).level_db == pytest.approx(20 * np.log10(0.05), abs=0.3)
-    assert health(sound(0 * VOICE)).noise_floor_db == -120.0
+    assert health(sound(loud))["clipped_share"] > 0.05
+    assert health(sound(VOICE))["clipped_share"] == 0.0
+    assert health(sound(VOICE))["level_dbfs"] == pytest.approx(20 * np.log10(0.05), abs=0.3)
+    assert health(sound(0 * VOICE))["noise_floor_dbfs"] == -120.0
 
 
 @pytest.mark.parametrize(

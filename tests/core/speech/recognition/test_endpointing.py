@@ -12,7 +12,8 @@ from core.speech.practice_voice import practice_voice
 from core.speech.recognition.endpointing import Endpointer, Held
 from core.speech.recognition.recognizer import Utterance, for_words
 from core.speech.settings import RATE_HZ
-from core.speech.sphinx.leftover_speech import WordSpan, left_over
+from core.speech.sphinx.decoded_path import WordSpan
+from core.speech.sphinx.recognizer import left_over
 from tests.core.speech.ears import mono, padded, pieces
 
 

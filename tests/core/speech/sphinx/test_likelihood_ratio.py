@@ -11,11 +11,10 @@ from core.message import Array
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE_HZ, SpeechSettings
-from core.speech.sphinx.decoded_path import NOTHING, DecodedPath, DecodedPiece, decoded
+from core.speech.sphinx.decoded_path import NOTHING, DecodedPath, DecodedPiece, WordSpan, decoded
 from core.speech.sphinx.decoder import decoder, listen_for
 from core.speech.sphinx.jsgf import written
-from core.speech.sphinx.leftover_speech import WordSpan
-from core.speech.sphinx.likelihood_ratio import compare, headroom
+from core.speech.sphinx.recognizer import compare, headroom
 from tests.core.speech.ears import engine, mono, padded
 
 
