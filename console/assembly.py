@@ -6,8 +6,7 @@ from console.access.guard import Access
 from console.connection.reach import Reach
 from console.connection.service import ConnectionService
 from console.control.text_file_commands import TextFileCommands
-from console.control.text_file_reader import TextFileReader
-from console.control.text_file_writer import TextFileWriter
+from console.control.text_files import TextFileReader, TextFileWriter
 from console.fleet.member import FleetMember
 from console.maps.service import MapService
 from console.options import Options, member_options

@@ -22,6 +22,7 @@ from console.access.open_sockets import OpenSockets
 from console.broadcast import Broadcaster
 from console.camera_stream import CameraStream, Picture
 from console.capabilities import ConsoleBase, make_parts
+from console.control.command_freshness import StateTimes
 from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
 from console.control.lease import Lease
@@ -30,7 +31,6 @@ from console.control.notices import Notifications
 from console.control.own_navigation import OwnNavigationService
 from console.control.pending_commands import PendingCommands
 from console.control.pilot_supervisor import PilotSupervisor
-from console.control.state_times import StateTimes
 from console.data_folder import DataFolder
 from console.maps.places import PlaceService
 from console.maps.zones import ZoneService

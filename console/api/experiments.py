@@ -9,8 +9,7 @@ from pydantic import Field
 
 from console.access.roles import ANY_FILE, needs
 from console.api import HistoryInUse, RequestBody, Who, part, router, sends_file
-from console.experiments.catalogue import ExperimentEntry
-from console.experiments.runs import ExperimentRuns, ExperimentRunState
+from console.experiments.runs import ExperimentEntry, ExperimentRuns, ExperimentRunState
 from console.http.downloads import named
 
 experiments = router("experiments", 404, 409, 503, 507)

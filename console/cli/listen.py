@@ -14,7 +14,7 @@ from console.cli.answer import add_command, tell, write
 from core.errors import BadInput
 
 if TYPE_CHECKING:
-    from console.control.text_file_writer import TextFileWriter
+    from console.control.text_files import TextFileWriter
     from core.pipelines.listen import HeardSpeech, SpeechListener
     from core.robots import Robot
     from core.sensors.microphones import MicrophoneArray, Sound
@@ -49,7 +49,7 @@ def add(places: Any) -> None:
 
 
 def run(chosen: argparse.Namespace) -> int:
-    from console.control.text_file_writer import TextFileWriter  # scipy and the recognizer take a moment: only here
+    from console.control.text_files import TextFileWriter  # scipy and the recognizer take a moment: only here
     from core.sensors.microphones import load_array
     from core.settings import load
 
@@ -72,7 +72,7 @@ def listen(
     sounds: Iterator[Sound], settings: Settings, array: MicrophoneArray | None, writer: TextFileWriter
 ) -> None:
     """Read the words of sounds as they come, and write what is understood. Raises BadInput, Unavailable."""
-    from console.control.text_file_writer import RENEWAL_S
+    from console.control.text_files import RENEWAL_S
     from console.speech.listener import SpokenStops
     from core.pipelines.listen import SpeechListener
 
@@ -99,7 +99,7 @@ def introduce(listener: SpeechListener) -> None:
 
 def take(speech: HeardSpeech, heard: str, ahead: float, writer: TextFileWriter) -> None:
     """Write one utterance, or say why not; `heard`: what `SpokenStops` makes of it."""
-    from console.control.text_file_reader import TextFileCommand, TextFileSource
+    from console.control.text_files import TextFileCommand, TextFileSource
 
     decision, voice = speech.utterance.decision, speech.voice
     if heard == "stopped" or (heard == "words" and not speech.utterance.final):

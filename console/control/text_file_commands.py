@@ -11,7 +11,7 @@ from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
 from console.control.lease import Lease
 from console.control.notices import Notifications
-from console.control.text_file_reader import TextFileReader
+from console.control.text_files import TextFileReader
 from console.http.problems import Problem
 from console.part import Part
 from core.commands import spec_of

@@ -1,6 +1,7 @@
-"""A running gate: its process, the messages to it, and its answers."""
+"""A running gate: its process, the messages to it, and its answers; and a halt, which outlasts it."""
 
 import json
+import logging
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, replace
@@ -10,8 +11,11 @@ from console.robot.driver_process import DriverProcess
 from console.workers.child_process import ChildProcess
 from core.errors import BadInput, Unavailable
 from core.gate import GateStatus, Limits
+from core.gate.latch import Latch
 from core.gate.packets import packet_pair, send_packet, take_packets
 from core.robots import Profile
+
+log = logging.getLogger(__name__)
 
 
 class GateProcess:
@@ -77,3 +81,50 @@ def limits_of(profile: Profile, limits: Limits) -> Limits:
         )
     except BadInput as trouble:
         raise Unavailable(f"This robot does not fit the gate: {trouble}") from None
+
+
+class HaltRequest:
+    """A halt that was requested: it holds for every later gate, whether or not the present one heard it.
+
+    `asked` from the halt to its reset. The gate sets the latch itself; when it could not, this does.
+
+    Halts are numbered, so that the latch of an earlier one is never taken for that of the newest.
+    """
+
+    def __init__(self, home: Path) -> None:
+        self.asked = False
+        self.number = 0  # of the newest halt
+        self._kept = 0  # number of the newest halt that was latched from here
+        self._latch = Latch(home)
+
+    @property
+    def stands(self) -> bool:
+        """True if the next gate begins halted."""
+        return self.asked or self._latch.is_set
+
+    def keep(self) -> None:
+        """Set the latch. Raises Unavailable when it cannot be kept."""
+        try:
+            self._latch.set()
+        except OSError as trouble:
+            raise Unavailable(f"The halt could not be saved: {trouble.strerror}.") from None
+        self._kept = self.number
+
+    def is_latched(self, by_gate: int) -> bool:
+        """Return whether the newest halt is on disk, when the gate has latched those up to `by_gate`."""
+        return self.asked and max(by_gate, self._kept) >= self.number > 0
+
+    def ask(self) -> int:
+        """Another halt → its number."""
+        self.asked = True
+        self.number += 1
+        return self.number
+
+    def outlast(self) -> None:
+        """The gate is gone: a halt that it did not write down is written now."""
+        if not self.asked:
+            return
+        try:
+            self.keep()
+        except Unavailable as trouble:
+            log.error("%s A restart of the console may forget it.", trouble)

@@ -19,8 +19,7 @@ from pathlib import Path
 from typing import Literal
 
 from console.robot.driver_process import DriverProcess, FrameBuffer
-from console.robot.gate_process import GateProcess, limits_of
-from console.robot.halt_request import HaltRequest
+from console.robot.gate_process import GateProcess, HaltRequest, limits_of
 from core.errors import BeckonError, Unavailable
 from core.gate import GateStatus, Limits, Setpoint
 from core.gate.limits import is_number

@@ -1,6 +1,6 @@
 """The 3-D scene: shows, and never commands. A click into it only proposes, through the one dispatcher.
 
-One overlay per file: it makes its handles once, `show(snapshot)` sets properties. The list is the table of contents.
+An overlay makes its handles once, `show(snapshot)` sets properties. The list is the table of contents.
 """
 
 import asyncio
@@ -22,21 +22,18 @@ from console.scene.click_to_go import ClickToGo
 from console.scene.overlays.associations import Associations
 from console.scene.overlays.candidates import CandidatePoses
 from console.scene.overlays.command_preview import PreviewLines
-from console.scene.overlays.dead_reckoning import DeadReckoningGhost
 from console.scene.overlays.ground_grid import GroundGrid
 from console.scene.overlays.landmarks import Landmarks
 from console.scene.overlays.loop_closures import LoopClosureArcs
 from console.scene.overlays.marks import MarksOnMap, ShownMarks
 from console.scene.overlays.occupancy import Occupancy
-from console.scene.overlays.other_way import OtherWayGhost
 from console.scene.overlays.people import People
 from console.scene.overlays.plan import Plan
 from console.scene.overlays.pose_ellipse import PoseEllipse
-from console.scene.overlays.robot import RobotBody
+from console.scene.overlays.robot import DeadReckoningGhost, OtherWayGhost, RobotBody, TrailLine
 from console.scene.overlays.robots_own_map import RobotsOwnMap
 from console.scene.overlays.scan import ScanPoints
 from console.scene.overlays.submaps import Submaps
-from console.scene.overlays.trail import TrailLine
 from console.scene.overlays.voices import VoiceWedges
 from console.scene.viser_host.bridge import Bridge
 from console.scene.viser_host.mount import NoSocketServer, QuietViser, close_viser, open_viser

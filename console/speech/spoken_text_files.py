@@ -4,8 +4,7 @@ import asyncio
 import time
 
 from console.control.notices import Notifications
-from console.control.text_file_reader import TextFileCommand, TextFileSource
-from console.control.text_file_writer import RENEWAL_S, TextFileWriter
+from console.control.text_files import RENEWAL_S, TextFileCommand, TextFileSource, TextFileWriter
 from console.part import Part
 from console.speech.listener import SpokenOutcome
 from core.errors import Unwritable

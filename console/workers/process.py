@@ -49,7 +49,7 @@ WORKERS = {
     "quality": "console.speech.quality_worker:QualityWorker",
     "people": "console.people.worker:PeopleWorker",
     "look": "console.people.look_worker:LookWorker",
-    "experiments": "console.experiments.catalogue:ExperimentsWorker",
+    "experiments": "console.experiments.runs:ExperimentsWorker",
     "recorder": "console.recording.work:RecorderWorker",
     "probe": "console.connection.probe_worker:ProbeWorker",
     "maps": "console.maps.join_worker:JoinWorker",

@@ -15,8 +15,7 @@ import pytest
 from console.__main__ import main
 from console.cli.listen import listen, not_written, take
 from console.control.text_file_commands import TextFileCommands
-from console.control.text_file_reader import SOURCE, SPEECH, TextFileReader
-from console.control.text_file_writer import TextFileWriter
+from console.control.text_files import SOURCE, SPEECH, TextFileReader, TextFileWriter
 from core.pipelines.listen import HeardSpeech
 from core.recording.sound_file import read_sound, write_wav
 from core.sensors.microphones import RESPEAKER_ODAS, Sound, load_array

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 from console.control.settings_in_use import common
-from console.experiments.catalogue import entry
+from console.experiments.runs import entry
 from console.people.enrollment import ENOUGH, GESTURES, STEP_OUT
 from core.commands import VOCABULARY
 from core.experiments import EXPERIMENTS

@@ -23,14 +23,14 @@ import numpy as np
 from console.access.logins import Person
 from console.access.open_sockets import OpenSockets
 from console.api.audio_socket import AudioSocket
+from console.control.command_freshness import StateTimes
 from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
 from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.control.pending_commands import PendingCommand, PendingCommands
-from console.control.state_times import StateTimes
 from console.control.text_file_commands import TextFileCommands
-from console.control.text_file_reader import TextFileCommand
+from console.control.text_files import TextFileCommand
 from console.http.problems import Problem
 from console.messages import inbound
 from console.messages.audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE

@@ -1,1 +1,1 @@
-"""One file per overlay of the 3-D scene."""
+"""The overlays of the 3-D scene."""

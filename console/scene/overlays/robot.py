@@ -1,11 +1,13 @@
-"""The robot: as its URDF draws it, else a round body on two wheels, with its laser turret and its camera."""
+"""The robot where it believes to be, with the way it came; translucent, where the wheels or the other way have it."""
 
 import math
 
-from viser import SceneApi
+from viser import FrameHandle, SceneApi
 
-from console.scene.drawing.palette import BODY, POSE, TRIM, TYRE, Colour
+from console.scene.drawing.lines import LongLine
+from console.scene.drawing.palette import BODY, GHOST, OTHER, POSE, TRAIL, TRIM, TYRE, Colour
 from console.scene.drawing.shapes import arrow, place, rounded_disc, turned
+from core.pilot.trail import NO_POINTS
 from core.robots import Profile
 from core.snapshot import Snapshot
 
@@ -14,7 +16,7 @@ SIDEWAYS_WXYZ = (math.cos(math.pi / 4), math.sin(math.pi / 4), 0.0, 0.0)  # z tu
 
 
 class RobotBody:
-    """Built once, then moved."""
+    """As its URDF draws it, else a round body on two wheels, with its laser turret and its camera."""
 
     def __init__(self, scene: SceneApi, robot: Profile) -> None:
         self._frame = scene.add_frame("/robot", show_axes=False)
@@ -80,3 +82,61 @@ def solid(scene: SceneApi, name: str, profile: list[tuple[float, float]], colour
     """A turned part of the body."""
     vertices, faces = turned(profile)
     scene.add_mesh_simple(name, vertices, faces, color=colour, side="double")
+
+
+class TrailLine:
+    def __init__(self, scene: SceneApi, robot: Profile) -> None:
+        self._line = LongLine(scene, "/trail", TRAIL, 2.4, 0.006)
+
+    def show(self, snapshot: Snapshot) -> None:
+        self._line.draw(snapshot.trail)
+
+
+class DeadReckoningGhost:
+    """The dead-reckoned pose, by the wheels alone, with its trail."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None:
+        self._frame = ghost(scene, "/ghost", robot.radius, GHOST, 0.28)
+        vertices, faces = arrow(0.42 * robot.radius, 0.34 * robot.radius)
+        scene.add_mesh_simple(
+            "/ghost/heading",
+            vertices,
+            faces,
+            color=GHOST,
+            opacity=0.8,
+            side="double",
+            cast_shadow=False,
+            receive_shadow=False,
+            position=(0.4 * robot.radius, 0.0, 0.0895),
+        )
+        self._trail = LongLine(scene, "/ghost_trail", GHOST, 1.4, 0.004)
+
+    def show(self, snapshot: Snapshot) -> None:
+        place(self._frame, snapshot.dead_reckoning.pose)
+        self._trail.draw(snapshot.dead_reckoning_trail)
+
+
+class OtherWayGhost:
+    """The other way of a recording, with its trail: what is computed now over what was recorded."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None:
+        self._frame = ghost(scene, "/other", robot.radius, OTHER, 0.4)
+        self._frame.visible = False
+        self._trail = LongLine(scene, "/other_trail", OTHER, 1.8, 0.006)
+
+    def show(self, snapshot: Snapshot) -> None:
+        other = snapshot.other
+        self._frame.visible = other is not None
+        if other is not None:
+            place(self._frame, other.pose)
+        self._trail.draw(NO_POINTS if other is None else other.trail)
+
+
+def ghost(scene: SceneApi, name: str, radius: float, colour: Colour, opacity: float) -> FrameHandle:
+    """A translucent body of the robot's size → the frame that moves it."""
+    frame = scene.add_frame(name, show_axes=False)
+    vertices, faces = turned(rounded_disc(0.98 * radius, 0.014, 0.088, 0.018))
+    scene.add_mesh_simple(
+        f"{name}/body", vertices, faces, color=colour, opacity=opacity, cast_shadow=False, receive_shadow=False
+    )
+    return frame

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 from console.access.logins import Person
+from console.control.command_freshness import MAX_REMEMBERED_STATES, StateTimes
 from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
 from console.control.lease import GRACE_S, Lease
 from console.control.notices import Notifications
-from console.control.state_times import MAX_REMEMBERED_STATES, StateTimes
 from console.control.text_file_commands import WRITER
 from console.http.problems import Problem
 from core.commands.command import Command

@@ -13,7 +13,7 @@ import pytest
 
 from console.control.command_freshness import Spoken
 from console.control.text_file_commands import WRITER, TextFileCommands
-from console.control.text_file_reader import MAX_SENTENCE_BYTES, SOURCE, SPEECH, TextFileReader
+from console.control.text_files import MAX_SENTENCE_BYTES, SOURCE, SPEECH, TextFileReader
 from core.errors import BadInput
 from tests.console.live import Live
 

@@ -14,8 +14,7 @@ from typing import Any
 import pytest
 
 from console.control.command_freshness import Spoken
-from console.control.text_file_reader import SOURCE, SPEECH, TextFileCommand, TextFileReader, TextFileSource
-from console.control.text_file_writer import TextFileWriter
+from console.control.text_files import SOURCE, SPEECH, TextFileCommand, TextFileReader, TextFileSource, TextFileWriter
 from console.options import Options, check
 from console.speech.listener import SpokenOutcome
 from console.speech.spoken_text_files import SpokenTextFiles

@@ -2,22 +2,31 @@
 
 Another program writes them, at best under another name that is then renamed. What it wrote is read whole, obeyed once
 and emptied. The direction is only read for the commands that need one.
+
+What is written here goes under another name first, too, so that no reader sees half of it. The direction comes first:
+who reads the words finds it there. The date of both is the moment at which the words ended, however long it took to
+read them.
 """
 
+import contextlib
 import hashlib
 import math
 import os
 import stat
+import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from core.errors import BadInput
+from core.files import replacing, saving
 
 SPEECH, SOURCE = "speech.txt", "source.txt"
 MAX_WORDS_AGE_S = 2.0  # after which words that were written are those of another situation
 MAX_SENTENCE_BYTES = 2000  # bytes of a sentence
 WIDEST = math.radians(45)  # of a direction's standard deviation
 UNTOLD_SD = math.radians(10)  # of a direction that comes without one
+LEAST_SD = 0.1  # [degrees] that are written
+RENEWAL_S = 1.0  # between two signs of life: *follow wall* and *follow me* end without them
 
 Mark = tuple[int, int, int]  # inode, size [bytes], changed [ns]
 
@@ -143,3 +152,37 @@ def mark_of(file: int) -> Mark:
     """Return a mark that changes with every write to an open file; 0 bytes for a file that is no file of words."""
     status = os.fstat(file)
     return status.st_ino, status.st_size if stat.S_ISREG(status.st_mode) else 0, status.st_mtime_ns
+
+
+class TextFileWriter:
+    """A folder into which understood words are written."""
+
+    def __init__(self, folder: Path, option: str) -> None:
+        """`option`: the one that named the folder. Raises BadInput where it cannot be used."""
+        check_folder(option, folder)
+        self._folder = folder
+
+    def write(self, said: TextFileCommand, source: TextFileSource | None) -> None:
+        """Write words and from where they came; without a direction of use, none is left. Raises Unwritable."""
+        with saving(f"{SPEECH} could not be written"):
+            self._folder.stat()  # a folder that is gone is not created again
+            if source is None or source.sd > WIDEST:
+                (self._folder / SOURCE).unlink(missing_ok=True)
+            else:
+                sd = max(math.degrees(source.sd), LEAST_SD)
+                azimuth = math.degrees(math.remainder(source.azimuth, math.tau))
+                self._replace(SOURCE, f"{azimuth:.1f} {sd:.1f}\n", source.age)
+            self._replace(SPEECH, f"{said.words}\n", said.age)
+
+    def renew(self) -> None:
+        """Give a sign of life: the date of a speech.txt that was read, and so is empty, is now."""
+        with contextlib.suppress(OSError):
+            if not (self._folder / SPEECH).stat().st_size:
+                os.utime(self._folder / SPEECH)
+
+    def _replace(self, name: str, text: str, age: float) -> None:
+        with replacing(self._folder / name) as file:
+            file.write(text.encode())
+            file.flush()
+            dated = time.time_ns() - round(age * 1e9)
+            os.utime(file.fileno(), ns=(dated, dated))
