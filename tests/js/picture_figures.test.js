@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { figures } from "../../static/js/ui/picture-quality-figures.js";
+import { figures } from "../../static/js/ui/picture-quality-chip.js";
 
 /** @type {import("../../static/js/net/messages.js").PictureQualityState} */
 const CLEAN = {

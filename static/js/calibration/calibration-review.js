@@ -1,19 +1,77 @@
 // Review step: precision, views, residuals and changes of a solution, and the decision to use it.
+// Element <before-after>: one view as taken and undistorted, with a movable divider.
 
 import { sentenceOf } from "../net/api.js";
 import { sure } from "../ui/confirm-button.js";
-import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { cardHead, icon, isNew, make, mark, redraw, write } from "../ui/element.js";
 import { inLanguage, t } from "../ui/texts.js";
 import * as api from "./api.js";
-import { BeforeAfter } from "./before-after.js";
-import { ExportsCard } from "./exports-card.js";
 import { FieldsCard } from "./fields-card.js";
-import { FindingsCard } from "./findings-card.js";
-import { PosesCard } from "./poses-card.js";
 import { GainsCard } from "./precision-card.js";
-import { ValuesCard } from "./values-card.js";
+import { ExportsCard, FindingsCard, PosesCard, ValuesCard } from "./review-cards.js";
 import { ViewsCard } from "./views-card.js";
 import { WizardStep } from "./wizard-step.js";
+
+/** @import { Calibration } from "./types.js" */
+
+export class BeforeAfter extends HTMLElement {
+  #before = make("img", { alt: t("before-after.as_the_camera_took_it"), draggable: "false" });
+  #after = make("img.after", { alt: t("before-after.straightened"), draggable: "false" });
+  #line = make("span.divide", { "aria-hidden": "true" });
+  #slider = make("input", {
+    type: "range",
+    min: "0",
+    max: "100",
+    value: "50",
+    "aria-label": t("before-after.straightened_from_here_on"),
+  });
+  #box = make(
+    "div.both",
+    this.#before,
+    this.#after,
+    this.#line,
+    make("span.both-tag.is-left", t("before-after.as_taken")),
+    make("span.both-tag.is-right", t("before-after.straightened")),
+    this.#slider,
+  );
+  #which = make("p.note");
+
+  connectedCallback() {
+    if (this.children.length) return;
+    this.classList.add("card");
+    this.append(cardHead(t("before-after.before_and_after"), this.#which), this.#box);
+    this.#slider.addEventListener("input", () => this.#place());
+    this.#place();
+  }
+
+  /** @param {Calibration} calibration @param {string} name of the view to show */
+  show({ id, size, solution, kind, progress }, name) {
+    this.hidden = kind !== "camera" || !solution || !name;
+    if (this.hidden) return;
+    if (!isNew(this, id, name, progress.views, solution?.["rms_px"])) return;
+    if (size) this.#box.style.aspectRatio = `${size[0]} / ${size[1]}`;
+    write(this.#which, name);
+    mark(this.#before, "src", api.thumbnail(id, name, "full"));
+    mark(
+      this.#after,
+      "src",
+      `${api.thumbnail(id, name, "corrected")}&of=${encodeURIComponent(String(solution?.["rms_px"]))}`,
+    );
+  }
+
+  #place() {
+    const at = `${this.#slider.value}%`;
+    this.#after.style.clipPath = `inset(0 0 0 ${at})`;
+    this.#line.style.left = at;
+    mark(
+      this.#slider,
+      "aria-valuetext",
+      t("before-after.value_straightened", { value: 100 - Number(this.#slider.value) }),
+    );
+  }
+}
+
+customElements.define("before-after", BeforeAfter);
 
 class CalibrationReview extends WizardStep {
   #sign = icon("done");

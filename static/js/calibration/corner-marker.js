@@ -3,7 +3,7 @@
 import { make } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 
-/** @import { Frame } from "./robot-camera-source.js" */
+/** @import { Frame } from "./picture-source.js" */
 /** @import { Pixel } from "./types.js" */
 
 /** @type {Pixel[]} shares of the picture at which the corners lie at first, clockwise */

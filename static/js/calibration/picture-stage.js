@@ -6,7 +6,7 @@ import { hint } from "./board-hint.js";
 import { drawCorners, drawGhost, drawLaser, drawWay } from "./overlay.js";
 import { mirrored as inMirror } from "./words.js";
 
-/** @import { Frame } from "./robot-camera-source.js" */
+/** @import { Frame } from "./picture-source.js" */
 /** @import { Calibration, Pixel, Verdict } from "./types.js" */
 
 const FLASH_MS = 700;

@@ -2,7 +2,7 @@
 
 import { t } from "../ui/texts.js";
 
-/** @import { Frame } from "./robot-camera-source.js" */
+/** @import { Frame } from "./picture-source.js" */
 /** @import { Verdict } from "./types.js" */
 /** @typedef {{name: string, kind: string, words: string}} Attempt */
 

@@ -3,7 +3,7 @@
 
 import { t } from "../ui/texts.js";
 
-/** @import { Frame } from "./robot-camera-source.js" */
+/** @import { Frame } from "./picture-source.js" */
 
 const PERIOD_MS = 125;
 const WIDEST = 1280; // [px] that a frame is sent at

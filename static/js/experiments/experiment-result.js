@@ -1,16 +1,34 @@
 // Element <experiment-result>: progress of a run, then its figures beside the chapter's, its table and its files.
+// Element <experiment-runs>: every run of an experiment, newest first.
 
-import "./experiment-runs.js";
 import { address } from "../net/api.js";
 import { icon, isNew, make, write } from "../ui/element.js";
-import { timeOfDay } from "../ui/format.js";
+import { day, timeOfDay } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
-import { RunProgress } from "../ui/run-parts.js";
+import { RunList, RunProgress } from "../ui/run-parts.js";
 import { t } from "../ui/texts.js";
 import { doingOf, figure, fileOf, inWords } from "./runs-model.js";
 
-/** @import { ExperimentRuns } from "./runs-model.js" */
 /** @import { ExperimentRunState as ExperimentRun } from "../net/rest.js" */
+/** @import { ExperimentRuns } from "./runs-model.js" */
+
+/** @extends {RunList<import("./runs-model.js").ExperimentRuns>} */
+class ExperimentRunList extends RunList {
+  /** @override */
+  heading = t("experiment-result.runs");
+
+  /** @override @param {import("../net/rest.js").ExperimentRunState} run */
+  words(run) {
+    const about = { runs: this.model.count(run), seed: run.seed, who: run.who, dayof: day(run.at_s) };
+    return {
+      name: run.title,
+      note: t("experiment-result.runs_runs_seed_seed_who_dayof", about),
+      away: t("experiment-result.delete_title_dayof", { title: run.title, dayof: about.dayof }),
+    };
+  }
+}
+
+customElements.define("experiment-runs", ExperimentRunList);
 
 const NOTHING = t("experiment-result.run_one_its_progress_appears_here");
 

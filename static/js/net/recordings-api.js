@@ -1,10 +1,10 @@
 // HTTP client for recordings: start, stop, keep what just happened, and the list.
+// The recording that plays: what happened in it, and a part of it to take away.
 
 import { translate } from "../ui/texts.js";
 import { address, call, post, send } from "./api.js";
 
-/** @import { FinishedRecording as Recording } from "./rest.js" */
-
+/** @import { FinishedRecording as Recording, PlaybackMark } from "./rest.js" */
 /** @typedef {{from: number, to: number}} Part [s] from the start */
 
 const ROOT = "api/recordings";
@@ -54,3 +54,15 @@ export const filmOf = (name, { from, to }, form) => address(`${one(name)}/film.$
 
 /** @param {string} name */
 export const fileOf = (name) => address(one(name)).href;
+
+/** @returns {Promise<PlaybackMark[]>} in order of time */
+export async function marks() {
+  return (await call("api/playback")).marks;
+}
+
+/** A part as a recording of its own. @param {Part} part @returns {Promise<import("./rest.js").FinishedRecording>} */
+export const exportPart = async ({ from, to }) =>
+  (await post("api/playback", { action: "export", from_s: from, to_s: to })).recording;
+
+/** The address of a film of a part. @param {Part} part @param {"webp" | "gif"} form */
+export const filmOfPart = ({ from, to }, form) => address(`api/playback/film.${form}?from_s=${from}&to_s=${to}`).href;

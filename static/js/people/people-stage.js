@@ -1,6 +1,6 @@
 // Element <people-stage>: live picture during an enrollment, and briefly the findings in the one just taken.
 
-import { RobotCamera } from "../calibration/robot-camera-source.js";
+import { RobotCamera } from "../calibration/picture-source.js";
 import { Webcam } from "../calibration/webcam.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";

@@ -1,7 +1,6 @@
 // The speech quality page.
 
 import "./quality-form.js";
-import "./quality-list.js";
 import "./quality-result.js";
 import { make } from "../ui/element.js";
 import { Runs } from "./runs.js";
