@@ -127,4 +127,4 @@ def within_bounds(decision: Decision, places: Iterable[NamedPlace] = ()) -> Deci
         return Decision(
             verdict="reject", words=decision.words, reason=command.reason, suggestions=command.suggestions
         )
-    return replace(decision, command=command)
+    return replace(decision, command=replace(command, remark=given.remark))

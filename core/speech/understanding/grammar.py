@@ -16,9 +16,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 
-from core.commands import VOCABULARY
+from core.commands import SPECS, VOCABULARY
 from core.commands.command import Command, CommandSpec, Parameter
 from core.commands.continue_straight import CONTINUE
+from core.commands.routes import START_ROUTE
 from core.commands.stop_at import TO_PLACE, command_to
 from core.commands.stop_moving import AROUND_STOP, START, STOP_MOVING, STOP_PHRASES
 from core.navigation.places import NamedPlace
@@ -338,8 +339,11 @@ def _other_place(text: str, own: OwnPhrases) -> Refusal | None:
 
 
 def command_of(name: str, numbers: Mapping[str, float], *, spoken: bool = False) -> Command | Refusal:
-    """Build a command that comes as a name and numbers, from a worker or a click: the bounds are those of words."""
-    spec = next((spec for spec in VOCABULARY if spec.name == name), None)
+    """Build a command that comes as a name and numbers, from a worker or a click: the bounds are those of words.
+
+    What needs the name of a place, too (the start of a route), is refused: see `command_to`.
+    """
+    spec = SPECS.get(name) if name != START_ROUTE.name else None
     known = {number.name for number in spec.numbers} if spec else set[str]()
     needed = {number.name for number in spec.numbers if number.default is None} if spec else set[str]()
     if spec is None or not needed <= numbers.keys() <= known:

@@ -14,11 +14,15 @@ from console.speech.listener import BESIDE_STOP, SpokenOutcome
 from console.speech.room_transcription import RoomTranscriber, RoomUtterance
 from console.speech.transcription_client import within_bounds
 from console.speech.voice_commands import HIGHER, NOT_OBEYED, VoiceCommands
-from core.commands.command import Command
+from core.commands import SPECS
+from core.commands.command import Command, CommandSpec
+from core.commands.routes import START_ROUTE
 from core.errors import Refused
+from core.navigation.places import NamedPlace
 from core.snapshot import VoiceDirection
 from core.speech.recognition.decision import Decision, RecognizedUtterance, stop
 from core.speech.understanding.grammar import parse, understand
+from core.speech.understanding.place_names import place_phrases
 from tests.console.live import Live
 from tests.core.speech.ears import sure
 
@@ -247,3 +251,27 @@ def test_a_spoken_command_is_parsed_once(live: Live, spoken: VoiceCommands, monk
     monkeypatch.setitem(globals(), "decision", lambda words: heard)
     assert said(live, "turn left") == ""
     assert newest(live)["name"] == "turn_left" and calls == ["turn left"]
+
+
+PLACES = (NamedPlace(name="sofa", x_m=9.0, y_m=9.0), NamedPlace(name="round", x_m=0.0, y_m=0.0, route=True))
+
+
+@pytest.mark.parametrize("spec", SPECS.values(), ids=SPECS)
+def test_every_command_that_words_can_mean_comes_through_the_bounds_of_speech(spec: CommandSpec) -> None:
+    """A saved route makes "pause" a command of its own; lost on the way, it would neither pause nor stop."""
+    own = place_phrases(PLACES)
+    meant = [one.pattern for one in own if one.kind is spec] + [spec.example] * (spec is not START_ROUTE)
+    for words in meant:
+        command = understand(words, own=own)
+        assert isinstance(command, Command) and command.name == spec.name
+        heard = within_bounds(Decision(verdict="accept", command=command, words=words), PLACES)
+        assert heard.verdict == "accept" and heard.command is not None
+        given, kept = command, heard.command
+        assert (kept.name, kept.numbers, kept.place) == (given.name, given.numbers, given.place)
+    nowhere = Command(name=START_ROUTE.name, numbers={}, heard_as="start the route")
+    assert within_bounds(Decision(verdict="accept", command=nowhere, words="start the route")).command is None
+
+
+def test_why_a_sentence_only_stopped_stays_with_the_stop() -> None:
+    heard = within_bounds(stop("stop at nine and nine", remark="“stop at 9 and 9” was not carried out."))
+    assert heard.command is not None and heard.command.remark == "“stop at 9 and 9” was not carried out."
