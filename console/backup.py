@@ -48,19 +48,20 @@ def write_backup(home: Path, file: Path, *, recordings: bool = False) -> BackupR
     if not home.is_dir():
         raise BadInput(f"There is no data folder {home}; name it with --data DIR.")
     rows: list[dict[str, Any]] = []
-    part = file.with_name(file.name + ".part")
+    part: Path | None = None
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with tarfile.open(part, "w:gz") as box:
+        handle, name = tempfile.mkstemp(suffix=".part", prefix=file.name, dir=file.parent)  # only its owner reads it:
+        part = Path(name)  # keys of logins are in it
+        with os.fdopen(handle, "wb") as written, tarfile.open(fileobj=written, mode="w:gz") as box:
             for path in _kept(home, recordings):
                 with _content(home, path) as content:
                     rows.append(_packed(box, path.relative_to(home).as_posix(), content))
             _packed(box, MANIFEST, io.BytesIO(_manifest(rows)))
-        part.chmod(0o600)  # keys of logins are in it
         part.replace(file)
     except (OSError, sqlite3.Error) as trouble:
-        with contextlib.suppress(OSError):
-            part.unlink()
+        if part is not None:
+            part.unlink(missing_ok=True)
         why = reason(trouble) if isinstance(trouble, OSError) else f"{trouble}."
         raise Unwritable(f"The backup {file} could not be written: {why}") from None
     left = () if recordings or not (home / RECORDINGS).is_dir() else (RECORDINGS,)
@@ -213,7 +214,10 @@ def _written(path: Path, content: IO[bytes]) -> str:
 
 
 def _swap(staged: Path, home: Path, replace: bool) -> None:
-    """Move every entry of `staged` into `home`, which is locked. Raises BadInput where something is in the way."""
+    """Move every entry of `staged` into `home`, which is locked, or none.
+
+    Raises BadInput where something is in the way, OSError.
+    """
     present = [path for path in home.iterdir() if OURS.fullmatch(path.name) and _lasts(path.name)]
     if present and not replace:
         names = ", ".join(sorted(path.name for path in present)[:4])
@@ -221,12 +225,15 @@ def _swap(staged: Path, home: Path, replace: bool) -> None:
             f"The data folder {home} is not empty ({names}): choose another with --data DIR, or --replace keeps what "
             "is there beside it."
         )
-    if present:
-        before = home / "before-restore"
-        if before.exists():
-            raise BadInput(f"{before} is still there from an earlier restore: move it away first.")
-        before.mkdir(mode=0o700)
-        for path in present:
-            path.rename(before / path.name)
-    for path in staged.iterdir():
-        shutil.move(path, home / path.name)
+    before = home / "before-restore"
+    if present and before.exists():
+        raise BadInput(f"{before} is still there from an earlier restore: move it away first.")
+    moves = [(path, before / path.name) for path in present] + [(path, home / path.name) for path in staged.iterdir()]
+    with contextlib.ExitStack() as back:
+        if present:
+            before.mkdir(mode=0o700)
+            back.callback(before.rmdir)
+        for path, target in moves:
+            path.rename(target)
+            back.callback(target.rename, path)
+        back.pop_all()

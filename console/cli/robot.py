@@ -96,12 +96,12 @@ def run_new(chosen: argparse.Namespace) -> int:
     """Write the driver and its test. Raises BadInput where one of them is there already."""
     from core.robots.driver_template import check_name, sources
 
+    check_name(chosen.name)
     folder: Path = chosen.out or Path()
     files = {folder / name: text for name, text in sources(chosen.name).items()}
     there = next((path for path in files if path.exists()), None)
     if there is not None:
         raise BadInput(f"{there.name} is there already; choose another name, or another folder with --out.")
-    check_name(chosen.name)
     for path, text in files.items():
         write_atomic(path, text)
     driver, test = files

@@ -93,7 +93,7 @@ def make_scan(
 def in_time_order(scans: list[Scan], tally: ReadReport) -> list[Scan]:
     """Scans in any order → rising stamps; what repeats a stamp is left out and counted.
 
-    Raises BadInput where less than half of them are left.
+    Raises BadInput where fewer than MIN_KEPT_SHARE of the longest part in one clock are left.
     """
     stamps = np.array([scan.stamp for scan in scans])
     first, last = longest_part(stamps)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import json
 import sqlite3
@@ -88,6 +89,27 @@ def test_what_is_there_is_kept_and_never_overwritten_unasked(home: Path, tmp_pat
     assert (home / "notes-of-mine.txt").exists()
     with pytest.raises(BadInput, match="earlier restore"):
         restore_backup(packed, home, replace=True)
+
+
+def test_a_disk_that_fails_on_the_way_leaves_all_as_it_was(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    report = write_backup(home, tmp_path / "all.tar.gz")
+    assert report.file.stat().st_mode & 0o777 == 0o600
+    before = content_of(home)
+    moves: list[Path] = []
+
+    def failing(path: Path, target: Path) -> Path:
+        moves.append(path)
+        if len(moves) == 9:  # behind the first of those that come in
+            raise OSError(errno.EIO, "Input/output error")
+        return rename(path, target)
+
+    rename = Path.rename
+    monkeypatch.setattr(Path, "rename", failing)
+    with pytest.raises(Unwritable, match="could not be put back"):
+        restore_backup(report.file, home, replace=True)
+    assert content_of(home) == before and not (home / "before-restore").exists()
 
 
 def test_a_folder_that_a_console_uses_is_left_alone(home: Path, tmp_path: Path) -> None:

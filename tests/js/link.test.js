@@ -1,42 +1,7 @@
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, mock, test } from "node:test";
 import { Link, pictureOf, QUIET_MS, Rate, waitBefore } from "../../static/js/net/link.js";
-
-/** A socket as the page sees it; the test is the network. */
-class FakeSocket extends EventTarget {
-  static OPEN = 1;
-  /** @type {FakeSocket[]} */
-  static all = [];
-  readyState = 0;
-  bufferedAmount = 0;
-  /** @type {string[]} */
-  sent = [];
-
-  constructor() {
-    super();
-    FakeSocket.all.push(this);
-  }
-
-  /** @param {string} text */
-  send(text) {
-    this.sent.push(text);
-  }
-
-  close() {
-    this.readyState = 2;
-  }
-
-  /** @param {object} message */
-  tell(message) {
-    this.readyState = 1;
-    this.dispatchEvent(new MessageEvent("message", { data: JSON.stringify(message) }));
-  }
-
-  gone() {
-    this.readyState = 3;
-    this.dispatchEvent(new Event("close"));
-  }
-}
+import { FakeSocket } from "./fake-socket.js";
 
 let now = 0;
 /** @param {number} ms */

@@ -136,6 +136,7 @@ class CameraSession(BoardSession[AcceptedView, Calibration]):
             return BoardVerdict(kind="nothing", words=self._explainer.why(grey, stamp))
         verdict = self._judged(grey, view)
         if verdict is not None:
+            self._still_since = None
             return verdict
         if self._watcher.moved > STILL_MOTION_PX:
             self._still_since = None

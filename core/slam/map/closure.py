@@ -53,7 +53,7 @@ class ClosureSettings(ClosureThresholds, Section):
     """
 
     score: Annotated[float, Meta("", 0.1, 1, "score of the match, at least")] = 0.55
-    others: Annotated[int, Meta("", 0, 20, "links that must agree with a new one, and with each other")] = 2
+    others: Annotated[int, Meta("", 1, 20, "links that must agree with a new one, and with each other")] = 2
     near: Annotated[float, Meta("m", 0.5, 30, "distance from an older view within which its place is searched")] = 4.0
 
 

@@ -13,6 +13,7 @@ import { t, translate } from "../ui/texts.js";
 
 const HEADER_BYTES = 16;
 const AUDIO_KIND = 2;
+const REST = JSON.stringify({ kind: "rest" });
 const BEFORE = 25; // pieces kept from before the press: half a second, in which the room's noise is learnt
 const MOST_WAITING = 65536; // bytes; what a slow line holds up is dropped, not queued
 
@@ -32,6 +33,8 @@ export class Talk {
   /** @type {{pcm: ArrayBuffer, at: number}[]} */
   #before = [];
   #speaking = false;
+  /** Asked for while the socket opens: sent as soon as it is open; "" where nothing is. */
+  #request = "";
   #number = 0;
 
   get speaking() {
@@ -43,12 +46,14 @@ export class Talk {
     if (this.#socket) return;
     const socket = new WebSocket(socketAddress("ws/audio"));
     this.#socket = socket;
+    socket.addEventListener("open", () => this.#request && this.#listen(socket, this.#request));
     socket.addEventListener("message", ({ data }) => this.#hear(JSON.parse(data)));
     socket.addEventListener("close", ({ reason, wasClean }) => {
       if (this.#socket !== socket) return;
       this.#socket = null;
-      const lost = this.#speaking;
+      const lost = this.#speaking || this.#request !== "";
       this.#speaking = false;
+      this.#request = "";
       this.wasRead();
       this.ended(reason || (lost || !wasClean ? t("audio-socket.the_link_for_sound_was_lost") : ""));
     });
@@ -58,6 +63,7 @@ export class Talk {
     const socket = this.#socket;
     this.#socket = null;
     this.#speaking = false;
+    this.#request = "";
     this.#before = [];
     socket?.close(1000);
   }
@@ -71,22 +77,26 @@ export class Talk {
     const socket = this.#socket;
     if (!socket || this.#speaking) return false;
     this.#speaking = true;
-    const say = () => {
-      socket.send(JSON.stringify({ kind: "listen", mode, seen, speaker }));
-      for (const { pcm, at } of this.#before) this.#send(pcm, at);
-      this.#before = [];
-    };
-    if (socket.readyState === WebSocket.OPEN) say();
-    else socket.addEventListener("open", say, { once: true });
+    const request = JSON.stringify({ kind: "listen", mode, seen, speaker });
+    if (socket.readyState === WebSocket.OPEN) this.#listen(socket, request);
+    else this.#request = request;
     return true;
+  }
+
+  /** Begin a turn; one that was over before the socket was open ends at once, with its words. @param {WebSocket} socket @param {string} request */
+  #listen(socket, request) {
+    this.#request = "";
+    socket.send(request);
+    for (const { pcm, at } of this.#before) this.#send(pcm, at);
+    this.#before = [];
+    if (!this.#speaking) socket.send(REST);
   }
 
   /** @returns {boolean} true when there is speech to transcribe */
   rest() {
     if (!this.#speaking) return false;
     this.#speaking = false;
-    if (this.#socket?.readyState !== WebSocket.OPEN) return false;
-    this.#socket.send(JSON.stringify({ kind: "rest" }));
+    if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(REST);
     return true;
   }
 
@@ -100,7 +110,7 @@ export class Talk {
     if (this.#speaking && this.#socket?.readyState === WebSocket.OPEN) this.#send(pcm, at);
     else {
       this.#before.push({ pcm, at });
-      const most = this.#speaking ? 8 * BEFORE : BEFORE; // while the socket opens, speech is kept too
+      const most = this.#request ? 8 * BEFORE : BEFORE; // while the socket opens, speech is kept too
       if (this.#before.length > most) this.#before.shift();
     }
   }

@@ -72,6 +72,16 @@ def test_a_board_in_motion_is_not_taken_and_a_still_one_is_taken_once() -> None:
     assert kinds[-1] == "same" and set(kinds[:5]) == {"moving"}
 
 
+def test_time_while_a_view_is_refused_is_no_time_of_holding_still() -> None:
+    rng = np.random.default_rng(0)
+    session = CameraSession(BOARD, still_for=0.25)
+    sharp, blurred = shot(rng), shot(rng, exposure=ImageExposure(blur=3))
+    pictures = ((sharp, 0.0), (sharp, 0.1), (blurred, 0.2), (blurred, 0.3), (sharp, 0.4), (sharp, 0.5), (sharp, 0.9))
+    kinds = [session.look(grey, stamp).kind for grey, stamp in pictures]
+    assert kinds[2:4] == ["refused"] * 2
+    assert "counted" not in kinds[:6] and kinds[6] == "counted"
+
+
 def test_a_blurred_view_is_refused_in_words() -> None:
     verdict = CameraSession(BOARD).capture(
         shot(np.random.default_rng(0), exposure=ImageExposure(motion=10)), "upload"

@@ -48,10 +48,7 @@ class ImagePyramid:
     def cut(self, square: Square, side: int = LANDMARK_SIDE) -> Array:
         """Cut a square → (side, side, 3) uint8, black beyond the picture."""
         level = max(0, math.floor(math.log2(max(square.side / side, 1.0))))
-        matrix = picture_from_crop(square, side)
-        matrix[:, 2] += 0.5  # pixels' middles → their rims, which halving keeps
-        matrix /= 2**level
-        matrix[:, 2] -= 0.5
+        matrix = picture_from_crop(square, side) / 2**level  # pyrDown keeps the middles of even pixels
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         return cv2.warpAffine(self._level(level), matrix, (side, side), flags=flags)
 
