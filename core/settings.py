@@ -23,7 +23,7 @@ from core.navigation.person_following import PersonFollowingSettings
 from core.navigation.planner import PlannerSettings
 from core.navigation.steering import SteeringSettings
 from core.navigation.wall import WallSettings
-from core.perception.image_quality.remedy import PictureSettings
+from core.perception.image_quality.quality import PictureSettings
 from core.perception.landmarks.corners import CornerSettings
 from core.perception.landmarks.edges import EdgeSettings
 from core.perception.people.parts import PeopleSettings
@@ -33,7 +33,7 @@ from core.recording import LogSettings
 from core.recording.settings import RecordingSettings
 from core.setting import Meta, Section, declared_settings, thresholds_of
 from core.simulation.settings import SimulationSettings
-from core.slam.bearings.settings import BearingSettings, VoiceLandmarkSettings
+from core.slam.bearings.bearing_landmarks import BearingSettings, VoiceLandmarkSettings
 from core.slam.ekf_slam import EkfSettings
 from core.slam.map.closure import ClosureSettings
 from core.slam.map.occupancy import OccupancySettings

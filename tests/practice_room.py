@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from core.calibration.board.board import Board
-from core.calibration.laser.guidance import beams_on_panel
 from core.calibration.laser.range_lines import unit_rays
+from core.calibration.laser.session import beams_on_panel
 from core.calibration.practice import BoardPlacement, held, seen
 from core.calibration.projection import Poses, exponential
 from core.geometry import OPTICAL, Transform

@@ -81,14 +81,14 @@ def test_every_section_of_the_settings_is_on_the_page() -> None:
 
 
 def test_the_thresholds_that_are_named_exist() -> None:
-    from core.perception.people import identity, leg_tracks
+    from core.perception.people import appearance, leg_tracks
     from core.perception.sound import dereverberation
     from core.slam import relocalization
     from core.speech.transcription import array_transcriber
     from core.speech.whisper import recognizer, spellings, word_times
 
     assert word_times.SOON and recognizer.LONG
-    assert relocalization.__doc__ and dereverberation.__doc__ and identity.__doc__ and leg_tracks.__doc__
+    assert relocalization.__doc__ and dereverberation.__doc__ and appearance.Identity.__doc__ and leg_tracks.__doc__
     assert array_transcriber.READINGS and spellings.MISHEARD_FOR
     assert all(
         hasattr(recognizer, name)

@@ -20,9 +20,9 @@ from core.calibration.board.session import BoardVerdict
 from core.calibration.files.pictures import size_words
 from core.calibration.laser.board_line import MeanScan, find_lines, foreground
 from core.calibration.laser.explanation import weak_words
-from core.calibration.laser.proof import check, dots
 from core.calibration.laser.range_lines import unit_rays
 from core.calibration.laser.session import LaserSession
+from core.calibration.laser.solve import check, dots
 from core.calibration.reports import kept, laser_report
 from core.errors import BadInput, Refused
 from core.message import Array

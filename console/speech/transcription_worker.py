@@ -12,10 +12,9 @@ from core.sentences import code_of
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import ActiveEngine, chosen, open_engine, open_keyword_spotter
 from core.speech.recognition.recognizer import KeywordSpotter, LearnsPhrases, at_16_khz
-from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import SpeechSettings
 from core.speech.transcription.array_transcriber import ArrayTranscriber
-from core.speech.transcription.transcriber import Transcriber
+from core.speech.transcription.transcriber import RejectedCommands, Transcriber
 from core.speech.understanding.own_phrases import own_phrases
 from core.speech.understanding.place_names import place_phrases
 

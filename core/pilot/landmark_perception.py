@@ -12,12 +12,10 @@ from core.perception.image_quality.quality import PictureQuality, judge
 from core.perception.landmarks.corners import Corner, find_corners
 from core.perception.landmarks.deskew import beam_ends
 from core.perception.landmarks.edge_pairs import EdgePair, edge_pairs
-from core.perception.landmarks.edges import ImageEdge, find_edges
+from core.perception.landmarks.edges import NOTHING, ImageEdge, find_edges
 from core.perception.landmarks.frame_perception import Beams, BearingSet, FramePerception
-from core.perception.landmarks.landmarks import Sighting, edges_on_walls, laser_in_picture, sight
-from core.perception.landmarks.preprocessing import NOTHING
+from core.perception.landmarks.landmarks import SeenWalls, Sighting, edges_on_walls, laser_in_picture, sight
 from core.perception.landmarks.stereo import MAX_STAMPS_S, edges_by_pair, second_camera
-from core.perception.landmarks.walls import SeenWalls
 from core.robots import Profile
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Wheels
 from core.settings import Settings

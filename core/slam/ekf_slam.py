@@ -12,7 +12,7 @@ from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
 from core.sensors import Laser
 from core.setting import Meta, ThresholdSet
-from core.slam.association.associate import recognise
+from core.slam.association.associate import Observation, recognise
 from core.slam.association.landmark_table import LandmarkRecord, LandmarkSettings, LandmarkTable
 from core.slam.association.merge_duplicates import AssociationSettings, join_doubles
 from core.slam.association.nearest_neighbour import Assignment
@@ -21,7 +21,6 @@ from core.slam.consistency import squared_error
 from core.slam.ekf.filter import Filter, Innovation
 from core.slam.ekf.invariant import InvariantFilter
 from core.slam.ekf.measurement_model import squared_distance
-from core.slam.ekf.observation import Observation
 from core.slam.ekf.paper import PaperFilter
 from core.slam.ekf.robust import AdaptiveGate, SlipThresholds, displaced, mahalanobis, trust, with_noise
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth

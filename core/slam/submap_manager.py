@@ -9,12 +9,11 @@ from core.geometry import Pose, turned_covariance, wrap
 from core.message import Array
 from core.perception.landmarks.frame_perception import Beams
 from core.sensors import Laser
-from core.slam.bearings.settings import BearingSettings, VoiceLandmarkSettings
+from core.slam.bearings.bearing_landmarks import BearingSettings, VoiceLandmarkSettings
 from core.slam.ekf_slam import EkfSettings
 from core.slam.estimate import Estimate
-from core.slam.loop_closure.contradiction import contradiction, place_again
 from core.slam.map.closure import ClosureSettings
-from core.slam.map.keyframe import keyframe, thinned
+from core.slam.map.keyframe import Keyframe, keyframe, thinned
 from core.slam.map.map_graph import MapGraph
 from core.slam.map.occupancy import OccupancySettings
 from core.slam.map.pose_graph import GraphEdge, compose_covariance
@@ -22,7 +21,7 @@ from core.slam.map.settings import SubmapSettings
 from core.slam.map.submap import Submap
 from core.slam.motion import Increment
 from core.slam.relocalization.kidnap_detector import KidnapSettings
-from core.slam.scan_matching.field_matching import ScanMatchingSettings, match_scan, spread
+from core.slam.scan_matching.field_matching import ScanMatchingSettings, match_scan, search_wide, spread
 from core.slam.scan_matching.likelihood_field import LikelihoodField
 
 MIN_VARIANCE = 1e-6  # [m²], [rad²] that a driven way is uncertain at least, so that the graph can be solved
@@ -250,3 +249,28 @@ class SubmapManager:
             return None
         own = spread(seen, points, match.pose, self._parts.matching)
         return submap, match.pose, turned_covariance(own, match.pose.heading)
+
+
+VIEWS_BEFORE = 9  # views before that make the place
+SEARCH_REACH_M, SEARCH_ANGLE_RAD = 1.2, math.radians(36)  # around what was believed
+MIN_SCORE = 0.25  # of the scan at the better place, at least: it may show much that is new
+
+
+def contradiction(one: Keyframe, other: Keyframe, between: Pose) -> float:
+    """Share 0..1 of the points that two views look through, `between` one_from_other; the mean of both ways."""
+    shares: list[float] = []
+    for first, second, pose in ((one, other, between), (other, one, between.inverse())):
+        on, through = first.judge(pose.apply(second.points))
+        shares.append(through.sum() / max(1, int((on | through).sum())))
+    return sum(shares) / 2
+
+
+def place_again(graph: MapGraph, view: Keyframe, seen: Pose) -> Pose | None:
+    """Search the pose of a view, seen from the newest view of the map, around `seen`; None where it fits nowhere."""
+    newest, back = graph.views[-1], graph.poses[-1].inverse()
+    before = range(max(0, newest.id - VIEWS_BEFORE + 1), newest.id + 1)
+    points = np.vstack([(back @ graph.poses[number]).apply(graph.views[number].points) for number in before])
+    *_, found = search_wide(LikelihoodField(points), view.points, seen, SEARCH_REACH_M, SEARCH_ANGLE_RAD)
+    likely = [match for match in found if match.score >= MIN_SCORE]
+    best = min(likely, key=lambda match: contradiction(newest, view, match.pose) - match.score, default=None)
+    return None if best is None else best.pose

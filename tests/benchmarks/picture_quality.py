@@ -25,11 +25,9 @@ from scipy.optimize import linear_sum_assignment
 
 from core.geometry import Pose, wrap
 from core.message import Array
-from core.perception.image_quality.quality import judge
-from core.perception.image_quality.remedy import PictureSettings
-from core.perception.landmarks.edges import EdgeSettings, find_edges
+from core.perception.image_quality.quality import PictureSettings, judge
+from core.perception.landmarks.edges import NOTHING, EdgeSettings, find_edges
 from core.perception.landmarks.level_view import level_view
-from core.perception.landmarks.preprocessing import NOTHING
 from core.sensors import Camera, Image
 from core.simulation.camera import SimulatedCamera
 from core.simulation.world import World, cast, world_named

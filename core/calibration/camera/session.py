@@ -11,8 +11,7 @@ import numpy as np
 from core.calibration.board.board import Board
 from core.calibration.board.chessboard import BoardView, board_by_hand, find_board
 from core.calibration.board.quality import judge, why_none
-from core.calibration.board.session import BoardSession, BoardVerdict
-from core.calibration.board.tracking import Explainer, Watcher
+from core.calibration.board.session import BoardSession, BoardVerdict, Explainer, Watcher
 from core.calibration.camera.guidance import Advice, advise
 from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
 from core.calibration.camera.uncertainty import UncertaintyMap, uncertainty_map

@@ -1,6 +1,7 @@
 """From still poses of the board to the mount: find the lines, solve, find them better, solve again."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,12 +10,14 @@ from core.calibration.laser.board_line import MIN_BEAM_COUNT, MeanScan, find_lin
 from core.calibration.laser.extrinsics import Freedom, solve
 from core.calibration.laser.plane_pairs import Guess, PlanePair, disagreement
 from core.calibration.laser.planes import BoardPose, Plane
-from core.calibration.laser.range_lines import fit_ranges
+from core.calibration.laser.range_lines import fit_ranges, unit_rays
 from core.calibration.mount import NAMES, Extrinsics, Mount
 from core.calibration.printed import mount_by_equation_13
 from core.errors import BadInput
 from core.geometry import Transform
 from core.message import Array, message
+from core.optics import CameraModel
+from core.sensors.laser import Scan
 
 FIRST_TURN, FIRST_SHIFT = np.deg2rad(8), 0.15  # [rad], [m]: how far a mount may be off its nominal value at first
 HELD_TURN, HELD_SHIFT = np.deg2rad(0.5), 0.005  # [rad], [m]: what is left open, while the squares are checked
@@ -202,3 +205,36 @@ def _reason(fit: tuple[bool, float] | None, found: Extrinsics) -> str:
         return ""
     times = np.sqrt(chi2 / 2 / max(1.0, found.misfit))
     return f"camera and laser disagree {times:.0f} times more than expected: did the board move in between?"
+
+
+class Check(NamedTuple):
+    """Prediction error of a mount for a pose that took no part."""
+
+    residual_rms: float  # [m] along the beams
+    off: float  # [pixel] mean distance between where the beams land and where the camera's plane wants them
+    beams: int
+
+
+def dots(scan: Scan, laser_from_camera: Transform, model: CameraModel) -> tuple[Array, Array]:
+    """A scan in the picture: (M, 3) u, v [pixel] and range [m] of the points in view, and their beams (M,)."""
+    beams = np.flatnonzero(scan.valid)
+    ranges = scan.ranges[beams]
+    points = unit_rays(scan.angles)[beams] * ranges[:, None]
+    pixels = model.project(laser_from_camera.inverse().apply(points))
+    with np.errstate(invalid="ignore"):
+        inside = np.all((pixels >= 0) & (pixels < (model.width, model.height)), axis=1)
+    return np.column_stack((pixels, ranges))[inside], beams[inside]
+
+
+def check(pose: LaserPose, found: Extrinsics, board: Board, model: CameraModel) -> Check:
+    """A pose that took no part → how the mount predicts it. Raises BadInput where the laser misses the board."""
+    beams = select_inside(pose.scan, pose.board, board, found)
+    if not len(beams):
+        raise BadInput("The laser does not meet the board in this pose.")
+    residuals = range_residuals(pose, beams, found.guess)
+    rays, ranges = pose.scan.rays[beams], pose.scan.ranges[beams]
+    into_camera = found.transform.inverse()
+    seen = model.project(into_camera.apply(rays * ranges[:, None]))
+    wanted = model.project(into_camera.apply(rays * (ranges - residuals)[:, None]))
+    off = float(np.nanmean(np.linalg.norm(seen - wanted, axis=1)))
+    return Check(float(np.sqrt(np.mean(residuals**2))), off, len(beams))

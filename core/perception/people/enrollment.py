@@ -10,7 +10,7 @@ import numpy as np
 from core.errors import BadInput
 from core.message import Array, message
 from core.perception.people.appearance import NO_LIMBS, Appearance, PersonProfile, mean_of, region_of, tones_of
-from core.perception.people.body_rules import MAX_PERSON_M, MIN_PERSON_M
+from core.perception.people.body import MAX_PERSON_M, MIN_PERSON_M
 from core.perception.people.brightness import levelled
 from core.perception.people.camera_geometry import LEGS_BESIDE_M, from_eye
 from core.perception.people.legs import LegCluster

@@ -8,7 +8,17 @@ import numpy as np
 
 from core.geometry import Pose
 from core.message import Array
-from core.perception.people.appearance import Appearance, PersonProfile, alike, colours_seen
+from core.perception.people.appearance import (
+    MIN_SIGHTS,
+    NEAR_LEGS_M,
+    RATIO_MARGIN,
+    SURE_RATIO,
+    Appearance,
+    Identity,
+    PersonProfile,
+    alike,
+    colours_seen,
+)
 from core.perception.people.brightness import levelled
 from core.perception.people.camera_geometry import (
     LEGS_BESIDE_M,
@@ -24,7 +34,6 @@ from core.perception.people.camera_geometry import (
 )
 from core.perception.people.detector import Rectangle, find_people
 from core.perception.people.fusion import Fused, Ray, Sense, along, fuse
-from core.perception.people.identity import MIN_SIGHTS, NEAR_LEGS_M, RATIO_MARGIN, SURE_RATIO, Identity
 from core.perception.people.leg_tracks import MAX_LEGS_AGE_S, POSITION_SD, LegTrack, OtherLegs
 from core.perception.people.legs import LegCluster, find_standers
 from core.perception.people.looking import PersonLook

@@ -7,13 +7,27 @@ from typing import Annotated, Literal
 import numpy as np
 
 from core.message import Array
+from core.perception.landmarks.landmarks import Sighting
 from core.setting import Meta, Section, ThresholdSet
 from core.slam.association.joint_compatibility import JointCandidates, Pairs
 from core.slam.association.landmark_table import LandmarkTable
 from core.slam.association.nearest_neighbour import Assignment, associate, nearest
 from core.slam.ekf.filter import Filter
 from core.slam.ekf.measurement_model import residual, squared_distance
-from core.slam.ekf.observation import Observation
+
+Fate = Literal["matched", "tentative", "new", "ignored"]
+
+
+@dataclass
+class Observation:
+    """M sightings, N landmarks; and what became of the sightings."""
+
+    seen: tuple[Sighting, ...]
+    readings: Array  # (M, 2) range [m], bearing [rad]
+    noises: Array  # (M, 2, 2)
+    expectations: Array  # (N, 2)
+    states: Array  # (N, 2, 2): covariance of the expectation, without the sensor's noise
+    fates: list[tuple[Fate, int | None]]
 
 
 @dataclass(frozen=True)

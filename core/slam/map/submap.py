@@ -3,8 +3,7 @@
 from core.geometry import Pose
 from core.message import Array
 from core.sensors import Laser
-from core.slam.bearings.bearing_landmarks import BearingLandmarks
-from core.slam.bearings.settings import BearingSettings, VoiceLandmarkSettings
+from core.slam.bearings.bearing_landmarks import BearingLandmarks, BearingSettings, VoiceLandmarkSettings
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.map.keyframe import Keyframe
 from core.slam.map.occupancy import OccupancyMap, OccupancySettings

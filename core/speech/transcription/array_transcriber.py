@@ -19,10 +19,9 @@ from core.sensors.microphones import MicrophoneArray, Sound
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.recognition.engines import has_sphinx, open_engine
 from core.speech.recognition.recognizer import KeywordSpotter, Recognizer, Utterance
-from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.sphinx.keyword_spotting import BeamformedStop
-from core.speech.transcription.transcriber import LOOK_PIECE_S, Transcriber
+from core.speech.transcription.transcriber import LOOK_PIECE_S, RejectedCommands, Transcriber
 
 MAX_GAP_S = 0.02  # missing between two pieces of sound, beyond which what was before is forgotten
 BEFORE_VOICE_S = 0.1  # before an utterance's first voiced frame, that may already belong to it

@@ -12,8 +12,8 @@ from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import Decision
 from core.speech.recognition.engines import ENGINES, ActiveEngine
 from core.speech.recognition.recognizer import Utterance
-from core.speech.recognition.rejected_commands import REJECTION_MEMORY_S
 from core.speech.settings import RATE_HZ, SpeechSettings
+from core.speech.transcription.transcriber import REJECTION_MEMORY_S
 from tests.core.speech.ears import padded, sure
 
 GO = "stop at 2 and 1"

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.calibration.lens_check import check_lens
+from core.calibration.files.camera_files import check_lens
 from core.errors import BadInput
 from core.geometry import OPTICAL, Transform
 from core.optics import TABLE_3, CameraModel

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.perception.people.appearance import Appearance
-from core.perception.people.identity import DOUBT_TIME_S, SIGHT_PERIOD_S, SURE_RATIO, Identity
+from core.perception.people.appearance import DOUBT_TIME_S, SIGHT_PERIOD_S, SURE_RATIO, Appearance, Identity
 from tests.core.perception.test_appearance import ANN, BLUE, GREEN, RED, SKIN, dressed
 
 BOB = dressed(SKIN, GREEN, RED)

@@ -11,8 +11,7 @@ import numpy as np
 
 from core.errors import BadInput
 from core.message import Array
-from core.perception.people.body import Box, SeenBody, overlap, weigh
-from core.perception.people.body_rules import BodyRules, rectangle_of
+from core.perception.people.body import BodyRules, Box, SeenBody, overlap, rectangle_of, weigh
 from core.perception.people.brightness import levelled
 from core.perception.people.detector import Rectangle
 from core.perception.people.looking import LookQuestion, PersonDetector

@@ -10,8 +10,7 @@ import numpy as np
 
 from core.message import Array, message
 from core.perception.people.appearance import Appearance
-from core.perception.people.body import Box, WeighedBody, overlap, weigh
-from core.perception.people.body_rules import BodyRules, rectangle_of
+from core.perception.people.body import BodyRules, Box, WeighedBody, overlap, rectangle_of, weigh
 from core.perception.people.brightness import levelled
 from core.perception.people.detector import Rectangle
 from core.perception.people.looking import LookQuestion

@@ -8,9 +8,8 @@ import pytest
 from core.calibration.board.board import Board
 from core.calibration.board.session import BoardVerdict
 from core.calibration.laser import session as laser_session
-from core.calibration.laser.proof import check, dots
 from core.calibration.laser.session import POSE_SCANS, LaserSession
-from core.calibration.laser.solve import calibrate_laser
+from core.calibration.laser.solve import calibrate_laser, check, dots
 from core.calibration.mount import Mount
 from core.calibration.practice import picture, visible
 from core.calibration.projection import Poses, exponential

@@ -13,10 +13,8 @@ import pytest
 from core.geometry import Pose
 from core.message import Array
 from core.perception.image_quality.measures import blur, exposure, noise_sd
-from core.perception.image_quality.quality import PictureQuality, judge
-from core.perception.image_quality.remedy import PictureSettings, gradient_noise
-from core.perception.landmarks.edges import find_edges
-from core.perception.landmarks.preprocessing import NOTHING, Preprocessing
+from core.perception.image_quality.quality import PictureQuality, PictureSettings, gradient_noise, judge
+from core.perception.landmarks.edges import NOTHING, Preprocessing, find_edges
 from core.sensors import Camera, Image
 from core.simulation.camera import SimulatedCamera
 from core.simulation.world import LAB

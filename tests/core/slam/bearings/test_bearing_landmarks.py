@@ -9,8 +9,7 @@ import pytest
 
 from core.geometry import Pose, arc
 from core.perception.landmarks.frame_perception import BearingSet
-from core.slam.bearings.bearing_landmarks import BearingLandmarks
-from core.slam.bearings.settings import VoiceLandmarkSettings
+from core.slam.bearings.bearing_landmarks import BearingLandmarks, VoiceLandmarkSettings
 from core.slam.ekf.invariant import InvariantFilter
 from core.slam.motion import Increment, MotionSettings, rolled
 

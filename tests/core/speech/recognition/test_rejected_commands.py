@@ -10,9 +10,8 @@ import pytest
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.recognition.recognizer import Utterance
-from core.speech.recognition.rejected_commands import OBJECTION_TIME_S, REJECTION_MEMORY_S, RejectedCommands
 from core.speech.settings import RATE_HZ
-from core.speech.transcription.transcriber import Transcriber
+from core.speech.transcription.transcriber import OBJECTION_TIME_S, REJECTION_MEMORY_S, RejectedCommands, Transcriber
 from tests.core.speech.ears import confirming, listened, padded, sure, unsure
 
 GO = "stop at two and one"  # waits a moment, however surely it was heard
