@@ -18,8 +18,8 @@ from core.experiments.paper_course import UPDATES_PER_SIGHTING, Course, drawn_ro
 from core.message import Array, message
 from core.perception.landmarks.landmarks import Sighting
 from core.recording import Ids
+from core.recording.archives import CONTROLS, RUN_NOISE
 from core.recording.npz import Archive
-from core.recording.seed_mc import CONTROLS, SIGHTING_NOISE
 from core.recording.sightings import MOST_ROWS, grouped
 from core.slam.motion import MotionSettings
 
@@ -44,7 +44,7 @@ class Draws:
     seed: int = 0
     data: Path | None = None
     motion: MotionSettings = CONTROLS
-    sighting_noise: tuple[float, float] = SIGHTING_NOISE  # [m], [rad] (eq. 43)
+    sighting_noise: tuple[float, float] = RUN_NOISE  # [m], [rad] (eq. 43)
     field: Field = "laser"
     ids: Ids = "given"
     spacing: float | None = None  # [m] between further vertical edges along the walls; None: the twelve corners alone

@@ -32,7 +32,7 @@ from core.experiments.result import ExperimentResult, stored
 from core.message import Array, message
 from core.perception.landmarks.landmarks import Sighting
 from core.recording import Ids
-from core.recording.seed_mc import CONTROLS
+from core.recording.archives import CONTROLS
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 
 PAPER_ERROR_M = 0.08  # [m], the chapter's worst average error of EKF-SLAM

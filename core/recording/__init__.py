@@ -6,19 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from core.errors import BadInput
-from core.recording import (
-    carmen,
-    corridor,
-    json_lines,
-    mcap_file,
-    mrclam,
-    ros1_bag,
-    ros2_bag,
-    scan_set,
-    seed_mc,
-    victoria_park,
-)
-from core.recording.npz import Archive, run_number
+from core.recording import archives, carmen, json_scan, mcap_file, mrclam, ros1_bag, ros2_bag, victoria_park
+from core.recording.npz import run_number
 from core.recording.read_report import ReadReport
 from core.recording.recording import (
     LogSettings,
@@ -109,7 +98,7 @@ def _form_of(place: Path) -> str:
 def _file(place: Path, number: int | None, ids: Ids, still: bool, settings: LogSettings, *, whole: bool) -> Recording:
     suffix = _form_of(place)
     if suffix == ".npz":
-        return _archive(place, number, ids, still, settings)
+        return archives.read(place, number, ids, still, settings)
     if number is not None:
         raise BadInput(f"{place.name} is one recording; leave out #{number}.")
     if suffix in ROS_FORMS:
@@ -142,26 +131,6 @@ def _ros(path: Path, form: str, messages: Messages, settings: LogSettings, *, wh
     return collected.finish(path, form)
 
 
-def _archive(path: Path, number: int | None, ids: Ids, still: bool, settings: LogSettings) -> Recording:
-    archive = Archive(path, settings.largest_file)
-    try:
-        if {"obs", "v_noisy", "steer_noisy"} <= archive.names:
-            return seed_mc.read(archive, number or 0, ids, still)
-        if {"obs", "odo", "odo_cov"} <= archive.names:
-            return corridor.read(archive, ids)
-        if {"t", "scan_cm"} <= archive.names:
-            return scan_set.read(archive, settings)
-    finally:
-        archive.close()
-    held = ", ".join(sorted(archive.names)[:12]) or "nothing"
-    if not archive.has_arrays:
-        raise BadInput(f"{path.name} is an archive of files ({held}). Unpack it, and give the recording in it.")
-    raise BadInput(
-        f"{path.name} is no known form of log: t and scan_cm, or obs with v_noisy and steer_noisy, or obs with odo "
-        f"and odo_cov are expected; it holds {held}."
-    )
-
-
 def _text(path: Path, ids: Ids, settings: LogSettings) -> Recording:
     """Read a text log; the first line that begins as a known form does decides which one it is."""
     begun, keys = False, set[str]()
@@ -171,7 +140,7 @@ def _text(path: Path, ids: Ids, settings: LogSettings) -> Recording:
         if "\0" in line:
             break
         if line.startswith("{") and not begun:
-            return json_lines.read(path, settings)
+            return json_scan.read_json_lines(path, settings)
         begun = begun or bool(line)
         if line.startswith(("ODOMETRY ", "LANDMARK ")):
             return victoria_park.read(path, ids, settings)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -39,7 +39,6 @@ from core.sensors.recordable import samples_of, unpack_picture
 LIBRARY = b"beckon"  # in the header of the file
 ODOMETRY_TOPIC = "/odom"
 CAMERA_TOPIC = "/camera/image/compressed"
-READINGS = frozenset({LASER_SCAN, ODOMETRY, COMPRESSED, RAW_AUDIO})
 FORM = "Beckon's recording"
 NO_OWN_RECORDING = "A part can be exported only of a recording that Beckon made."
 SAME_MOMENT_S = 1e-6  # Unix times have no more digits
@@ -59,8 +58,20 @@ class DriveMoment:
     @cached_property
     def frame(self) -> SensorFrame:
         """The whole frame."""
-        readings = self._readings()
-        return readings.frame(self.record) or SensorFrame(stamp=self.logged)
+        found: dict[str, Any] = {}
+        for one in self._group:
+            if one.kind in READERS:
+                with self._tally.reading(one.topic):
+                    found[one.kind] = READERS[one.kind](one.topic, decode(one, one.kind))
+                    self._tally.read += 1
+        scan, image, sound = (found.get(kind) for kind in (LASER_SCAN, COMPRESSED, RAW_AUDIO))
+        if self.record is None:  # from before there were records of frames
+            newest = max((one.stamp for one in (scan, image, sound) if one is not None), default=self.logged)
+            stamp, wheels = found.get(ODOMETRY, (newest, None))
+            return SensorFrame(stamp=stamp, wheels=wheels, scan=scan, image=image, sound=sound)
+        if image is not None and self.record.image is not None:
+            image = replace(image, stamp=self.record.image[0], camera=self.record.image[1])
+        return self.record.frame(scan and scan.ranges, image, sound and sound.samples)
 
     @property
     def light_frame(self) -> SensorFrame:
@@ -70,21 +81,12 @@ class DriveMoment:
     @property
     def others(self) -> tuple[Envelope, ...]:
         """The results, as they lie in the file."""
-        return tuple(one for one in self._group if one.kind not in READINGS)
+        return tuple(one for one in self._group if one.kind not in READERS)
 
     @property
     def is_frame(self) -> bool:
         """True where there is a frame in it."""
-        return self.record is not None or any(one.kind in READINGS for one in self._group)
-
-    def _readings(self) -> _Readings:
-        found = _Readings()
-        for one in self._group:
-            if one.kind in READINGS:
-                with self._tally.reading(one.topic):
-                    found.take(one)
-                    self._tally.read += 1
-        return found
+        return self.record is not None or any(one.kind in READERS for one in self._group)
 
 
 def is_drive(path: Path) -> bool:
@@ -210,54 +212,6 @@ class DriveRecording:
         return None
 
 
-class _Readings:
-    def __init__(self) -> None:
-        self._wheels: tuple[float, Wheels] | None = None
-        self._scan: Scan | None = None
-        self._image: Image | None = None
-        self._sound: Sound | None = None
-
-    def take(self, one: Envelope) -> None:
-        """Take a reading in. Raises whatever the decoder raises."""
-        content = decode(one, one.kind)
-        match one.kind:
-            case kind if kind == LASER_SCAN:
-                self._scan = _scan(one.topic, content)
-            case kind if kind == ODOMETRY:
-                self._wheels = _wheels(content)
-            case kind if kind == COMPRESSED:
-                self._image = _image(content)
-            case _:
-                self._sound = _sound(content)
-
-    def frame(self, record: FrameRecord | None) -> SensorFrame | None:
-        """All of it; None where nothing was read."""
-        if record is None:
-            return self._plain()
-        image = self._image
-        if image is not None and record.image is not None:
-            image = replace(image, stamp=record.image[0], camera=record.image[1])
-        return record.frame(
-            None if self._scan is None else self._scan.ranges,
-            image,
-            None if self._sound is None else self._sound.samples,
-        )
-
-    def _plain(self) -> SensorFrame | None:
-        """The frame of a recording without records of frames: its stamp is that of its newest reading."""
-        stamps = [one.stamp for one in (self._scan, self._image, self._sound) if one is not None]
-        stamps += [self._wheels[0]] if self._wheels is not None else []
-        if not stamps:
-            return None
-        return SensorFrame(
-            stamp=self._wheels[0] if self._wheels is not None else max(stamps),
-            wheels=None if self._wheels is None else self._wheels[1],
-            scan=self._scan,
-            image=self._image,
-            sound=self._sound,
-        )
-
-
 class _PoseResult(msgspec.Struct):
     pose: frame_record.Row
 
@@ -299,7 +253,7 @@ def _scan(topic: str, content: Any) -> Scan:
     )
 
 
-def _wheels(content: Any) -> tuple[float, Wheels]:
+def _wheels(_topic: str, content: Any) -> tuple[float, Wheels]:
     place, turned, twist = content.pose.pose.position, content.pose.pose.orientation, content.twist.twist
     heading = float(heading_of(turned.x, turned.y, turned.z, turned.w))
     wheels = Wheels(
@@ -308,7 +262,7 @@ def _wheels(content: Any) -> tuple[float, Wheels]:
     return stamp_of(content.header), wheels
 
 
-def _image(content: Any) -> Image:
+def _image(_topic: str, content: Any) -> Image:
     packed = content.data.tobytes()
     pixels = unpack_picture(packed)
     if pixels is None:
@@ -316,7 +270,16 @@ def _image(content: Any) -> Image:
     return Image(stamp=stamp_of(content.header), camera=content.header.frame_id, pixels=pixels, packed=packed)
 
 
-def _sound(content: Any) -> Sound:
+def _sound(_topic: str, content: Any) -> Sound:
     channels = int(content.number_of_channels)
     pcm: Array = np.frombuffer(content.data.tobytes(), "<i2").reshape(-1, channels)
     return Sound(stamp=seconds_of(content.timestamp), rate=int(content.sample_rate), samples=samples_of(pcm))
+
+
+READERS: dict[str, Callable[[str, Any], Any]] = {
+    LASER_SCAN: _scan,
+    ODOMETRY: _wheels,
+    COMPRESSED: _image,
+    RAW_AUDIO: _sound,
+}
+"""A message's topic and content → the reading."""

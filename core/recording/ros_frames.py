@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import scipy
 
 from core.geometry import Pose, Transform
 from core.message import Array, message
@@ -108,13 +109,13 @@ class FrameTree:
     def _chain(self, start: str, goal: str) -> Transform | None:
         """start_from_goal through transforms that do not move, by the shortest chain."""
         if start == goal:
-            return Transform(rotation=np.eye(3), translation=np.zeros(3))
+            return Transform.of_pose(Pose())
         steps: dict[str, list[tuple[str, Transform]]] = {}
         for (parent, child), transform in self._fixed.items():
             if self._still((parent, child)):
                 steps.setdefault(parent, []).append((child, transform))
                 steps.setdefault(child, []).append((parent, transform.inverse()))
-        reached = {start: Transform(rotation=np.eye(3), translation=np.zeros(3))}
+        reached = {start: Transform.of_pose(Pose())}
         queue = deque([start])
         while queue and goal not in reached:
             frame = queue.popleft()
@@ -144,14 +145,6 @@ def flat(robot_from_laser: Transform) -> Placed:
 
 def _matrix(x: float, y: float, z: float, w: float) -> Array:
     """Quaternion → rotation (3, 3). Raises BadRecord when it is none."""
-    norm = math.sqrt(x * x + y * y + z * z + w * w)
-    if not 0.5 < norm < 2.0:
+    if not 0.5 < math.hypot(x, y, z, w) < 2.0:
         raise BadRecord("a transform has no rotation")
-    x, y, z, w = x / norm, y / norm, z / norm, w / norm
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return scipy.spatial.transform.Rotation.from_quat((x, y, z, w)).as_matrix()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 
 from core.geometry import Pose, Transform
 from core.recording import frame_record
@@ -244,9 +245,7 @@ class RosEncoder(RosParts):
     def _quaternion(self, place: Pose | Transform) -> Any:
         if isinstance(place, Pose):
             return self.turned(place.heading)
-        from scipy.spatial.transform import Rotation  # a camera's alone; it takes a while to import
-
-        x, y, z, w = Rotation.from_matrix(place.rotation).as_quat().tolist()
+        x, y, z, w = scipy.spatial.transform.Rotation.from_matrix(place.rotation).as_quat().tolist()
         return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 
     def _transform(self, stamp: float, parent: str, child: str, place: Pose | Transform, height: float = 0.0) -> Any:

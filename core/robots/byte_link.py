@@ -208,7 +208,22 @@ def _why_not(path: str, trouble: str) -> str:
     return f"The serial port {path} cannot be opened."
 
 
-ByteLink = TcpLink | SerialLink
+class NoLink:
+    """What a device has before it is opened."""
+
+    def read(self, timeout: float) -> bytes:
+        """Raises OSError."""
+        raise OSError("the link is closed")
+
+    def write(self, data: bytes) -> None:
+        """Raises OSError."""
+        raise OSError("the link is closed")
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+ByteLink = TcpLink | SerialLink | NoLink
 
 
 def drain(link: ByteLink, quiet: float, longest: float) -> None:

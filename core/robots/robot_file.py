@@ -20,6 +20,7 @@ from typing import Annotated, Any, TypeVar
 
 import msgspec
 import numpy as np
+import scipy
 
 from core.calibration.files.camera_files import read_camera
 from core.errors import BadInput
@@ -278,11 +279,10 @@ def _camera(camera: Camera, table: CameraTable | None, folder: Path, body: Body 
 
 def mounting_of(x: float, table: CameraTable) -> Transform:
     """A camera's place and angles → robot_from_camera, whose z looks along the camera's axis."""
-    yaw, pitch, roll = (math.radians(angle) for angle in (table.yaw_deg, table.pitch_deg, table.roll_deg))
-    cy, sy, cp, sp, cr, sr = (f(angle) for angle in (yaw, pitch, roll) for f in (math.cos, math.sin))
-    turned = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]]) @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-    turned = turned @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    return Transform(rotation=turned @ OPTICAL, translation=np.array([x, table.y, table.z]))
+    turned = scipy.spatial.transform.Rotation.from_euler(
+        "ZYX", (table.yaw_deg, table.pitch_deg, table.roll_deg), degrees=True
+    )
+    return Transform(rotation=turned.as_matrix() @ OPTICAL, translation=np.array([x, table.y, table.z]))
 
 
 def optical_mounting(at: Transform) -> Transform:

@@ -14,7 +14,7 @@ import numpy as np
 
 from core.errors import Unavailable
 from core.message import Array, message
-from core.robots.byte_link import ByteLink, LinkAddress, drain, link_address, open_link
+from core.robots.byte_link import ByteLink, LinkAddress, NoLink, drain, link_address, open_link
 from core.robots.device import Device, Equipment
 from core.robots.device_clock import DeviceClock
 from core.robots.findings import ClockOffset, Findings
@@ -199,7 +199,7 @@ class ScipLaser(Device):
         self._skip = address.whole("skip", 0, 0, 9)
         self._cluster = address.whole("cluster", 1, 1, 99)
         self._baud = address.whole("baud", 0, 0, 4_000_000)
-        self._link: ByteLink | None = None
+        self._link: ByteLink = NoLink()
         self._buffer = bytearray()
         self._received: deque[list[bytes]] = deque()
         self._parameters: ScipParameters | None = None
@@ -211,7 +211,7 @@ class ScipLaser(Device):
             self._connect(baud)
             if self._ready():
                 break
-            self._hang_up()
+            self._link.close()
         else:
             raise Unavailable(
                 f"At {self._address.name} no laser answers SCIP 2.0; is it switched on, and is this its port?"
@@ -230,7 +230,7 @@ class ScipLaser(Device):
         late = (parameters.last / parameters.steps_per_turn) * 60 / parameters.rpm
         clock = self._clock = SensorTime(self._ask_time(readings), late)
         command = f"MD{parameters.first:04}{parameters.last:04}{self._cluster:02}{self._skip}00".encode()
-        self._write(command + b"\n")
+        self._link.write(command + b"\n")
         patience = max(LOST_AFTER, 16 * (self._skip + 1) * 60 / parameters.rpm)
         good = time.monotonic()
         while time.monotonic() - good < patience:
@@ -253,12 +253,8 @@ class ScipLaser(Device):
     def close(self) -> None:
         """Switch the laser off and let go."""
         with contextlib.suppress(OSError):
-            self._write(b"QT\n")
-        self._hang_up()
-
-    def _hang_up(self) -> None:
-        if self._link is not None:
-            self._link.close()
+            self._link.write(b"QT\n")
+        self._link.close()
 
     def _bauds(self) -> tuple[int, ...]:
         if not self._address.port_path:
@@ -266,18 +262,13 @@ class ScipLaser(Device):
         return tuple(dict.fromkeys((self._baud, *BAUD_RATES))) if self._baud else BAUD_RATES
 
     def _connect(self, baud: int) -> None:
-        self._hang_up()
+        self._link.close()
         self._link = open_link(self._address, baud)
         self._forget()
 
     def _forget(self) -> None:
         self._buffer.clear()
         self._received.clear()
-
-    def _write(self, data: bytes) -> None:
-        if self._link is None:
-            raise OSError("the link is closed")
-        self._link.write(data)
 
     def _ready(self) -> bool:
         """End whatever the sensor is doing → whether it waits for commands now."""
@@ -298,18 +289,16 @@ class ScipLaser(Device):
 
     def _recover(self, lines: Sequence[bytes], status: bytes) -> None:
         """Leave the mode in which `QT` was answered by these lines."""
-        if self._link is None:
-            return
         if status == b"0E":
-            self._write(b"TM2\n")
+            self._link.write(b"TM2\n")
         elif len(lines) > 1 and lines[1].startswith(b"E"):
-            self._write(b"SCIP2.0\n")
+            self._link.write(b"SCIP2.0\n")
         drain(self._link, DRAIN_QUIET_S, MAX_DRAIN_S)
         self._forget()
 
     def _answer(self, command: bytes, patience: float = ANSWER_TIMEOUT_S) -> list[bytes]:
         self._forget()
-        self._write(command + b"\n")
+        self._link.write(command + b"\n")
         end = time.monotonic() + patience
         while (left := end - time.monotonic()) > 0:
             self._read(left)
@@ -353,8 +342,6 @@ class ScipLaser(Device):
 
     def _read(self, timeout: float) -> None:
         """Take in what comes, reply by reply."""
-        if self._link is None:
-            raise OSError("the link is closed")
         self._buffer += self._link.read(timeout)
         *replies, rest = bytes(self._buffer).split(b"\n\n")
         self._buffer = bytearray(rest if len(rest) < LARGEST_REPLY else b"")

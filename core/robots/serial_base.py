@@ -27,7 +27,7 @@ from collections import deque
 from core.errors import Unavailable
 from core.gate.twist import ZERO, Twist
 from core.geometry import Pose, arc
-from core.robots.byte_link import ByteLink, LinkAddress, link_address, open_link
+from core.robots.byte_link import ByteLink, LinkAddress, NoLink, link_address, open_link
 from core.robots.device import Base, Device, Equipment
 from core.robots.device_clock import RESONATOR_DRIFT, DeviceClock
 from core.robots.findings import ClockOffset, Findings
@@ -172,7 +172,7 @@ class SerialBase(Device):
         self.rejected = 0  # lines with a wrong sum or without sense
         self._address = address
         self._baud = address.whole("baud", BAUD_RATE, 1200, 4_000_000)
-        self._link: ByteLink | None = None
+        self._link: ByteLink = NoLink()
         self._buffer = b""
         self._equipment: Equipment | None = None
         self._clock = DeviceClock(RESONATOR_DRIFT)  # a base that was switched off counts from 0: it steps
@@ -185,7 +185,7 @@ class SerialBase(Device):
         while time.monotonic() < end:
             if time.monotonic() - asked > QUESTION_PERIOD_S:
                 self.drive(ZERO)
-                self._write("?")
+                self._link.write(frame_line("?"))
                 asked = time.monotonic()
             for words in self._lines(0.05):
                 with contextlib.suppress(BadLine):
@@ -222,24 +222,16 @@ class SerialBase(Device):
     def drive(self, twist: Twist) -> None:
         """Send the speeds."""
         v, w = (twist.v, twist.w) if twist.is_finite() else (0.0, 0.0)
-        self._write(f"V {v:.3f} {w:.3f}")
+        self._link.write(frame_line(f"V {v:.3f} {w:.3f}"))
 
     def close(self) -> None:
         """Stop and let go."""
-        if self._link is not None:
-            with contextlib.suppress(OSError):
-                self.drive(ZERO)
-            self._link.close()
-
-    def _write(self, text: str) -> None:
-        if self._link is None:
-            raise OSError("the link is closed")
-        self._link.write(frame_line(text))
+        with contextlib.suppress(OSError):
+            self.drive(ZERO)
+        self._link.close()
 
     def _lines(self, timeout: float) -> list[list[str]]:
         """The words of all lines that came within `timeout` [s]; those with a wrong sum are dropped."""
-        if self._link is None:
-            raise OSError("the link is closed")
         *lines, rest = (self._buffer + self._link.read(timeout)).split(b"\n")
         self._buffer = rest if len(rest) <= LONGEST_LINE else b""
         found: list[list[str]] = []

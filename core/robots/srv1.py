@@ -21,7 +21,7 @@ from core.errors import Unavailable
 from core.gate.twist import Twist
 from core.message import Array
 from core.optics import TABLE_3
-from core.robots.byte_link import ByteLink, LinkAddress, TcpLink, drain, link_address
+from core.robots.byte_link import ByteLink, LinkAddress, NoLink, TcpLink, drain, link_address
 from core.robots.device import Base, Device, Equipment
 from core.robots.readings import Readings
 from core.sensors import Camera, Image
@@ -114,7 +114,7 @@ class Srv1(Device):
         self._right = address.number("right", 0.4, 0.01, 5.0)
         self._wheelbase = address.number("wheelbase", 0.10, 0.02, 2.0)
         self._rate = address.number("pictures", 10.0, 0.1, 40.0) if address.whole("camera", 1, 0, 1) else 0.0
-        self._link: ByteLink | None = None
+        self._link: ByteLink = NoLink()
         self._buffer = b""
         self._changed, self._closing = threading.Event(), threading.Event()
         self._idle = threading.Event()  # `run` is over, and the motors were stopped as far as that was possible
@@ -195,18 +195,10 @@ class Srv1(Device):
         self._closing.set()
         self._changed.set()
         self._idle.wait(CLOSE_TIMEOUT_S)
-        if self._link is not None:
-            self._link.close()
-
-    def _write(self, command: bytes) -> None:
-        if self._link is None:
-            raise OSError("the link is closed")
-        self._link.write(command)
+        self._link.close()
 
     def _fill(self, count: int, stalled: float, end: float) -> None:
         """Read until `count` bytes are there. Raises LostStep after `stalled` [s] of silence, or at `end`."""
-        if self._link is None:
-            raise OSError("the link is closed")
         while len(self._buffer) < count:
             left = min(stalled, end - time.monotonic())
             more = self._link.read(left) if left > 0 else b""
@@ -216,7 +208,7 @@ class Srv1(Device):
 
     def _exchange(self, command: bytes, answer: bytes, timeout: float) -> None:
         """One command of fixed answer. Raises LostStep."""
-        self._write(command)
+        self._link.write(command)
         self._fill(len(answer), timeout, time.monotonic() + timeout)
         found, self._buffer = self._buffer, b""
         if found != answer:
@@ -225,7 +217,7 @@ class Srv1(Device):
     def _take_picture(self, readings: Readings) -> None:
         """Ask for a picture and wait for all of it; a busy camera may send none. Raises LostStep."""
         stamp, end = readings.now(), time.monotonic() + PICTURE_TIMEOUT_S
-        self._write(b"I")
+        self._link.write(b"I")
         try:
             self._fill(1, FIRST_BYTE_TIMEOUT_S, end)
         except LostStep:
@@ -250,9 +242,7 @@ class Srv1(Device):
         the first answer may be to a command that waited in a robot which was frozen.
         """
         for patience in RESYNC_TIMEOUTS_S:
-            if self._link is None:
-                raise OSError("the link is closed")
-            self._write(bytes(MAX_ARGUMENT_BYTES))
+            self._link.write(bytes(MAX_ARGUMENT_BYTES))
             if self._link.read(patience):
                 drain(self._link, patience / 2, PICTURE_TIMEOUT_S)
             self._buffer = b""

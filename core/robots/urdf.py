@@ -10,9 +10,10 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 import numpy as np
+import scipy
 
 from core.errors import BadInput
-from core.geometry import Transform
+from core.geometry import Pose, Transform
 from core.message import Array, message
 
 MAX_URDF_BYTES = 5_000_000  # bytes of a URDF
@@ -112,7 +113,7 @@ def _joints(root: Element, name: str) -> dict[str, tuple[str, Transform]]:
 
 def _placed(links: list[str], joints: dict[str, tuple[str, Transform]], name: str) -> dict[str, Transform]:
     """The links in the robot's frame: base_footprint, base_link, or else the root."""
-    unit = Transform(rotation=np.eye(3), translation=np.zeros(3))
+    unit = Transform.of_pose(Pose())
     from_root: dict[str, Transform] = {}
     for link in links:
         chain = [link]
@@ -232,13 +233,9 @@ def read_stl(file: Path) -> tuple[Array, Array]:
 def _origin(origin: Element | None) -> Transform:
     """xyz [m] and rpy [rad] of an element `origin`."""
     if origin is None:
-        return Transform(rotation=np.eye(3), translation=np.zeros(3))
-    roll, pitch, yaw = _numbers(origin, "rpy", 3, "0 0 0").tolist()
-    cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
-    cy, sy = math.cos(yaw), math.sin(yaw)
-    rotation = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]]) @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-    rotation = rotation @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    return Transform(rotation=rotation, translation=_numbers(origin, "xyz", 3, "0 0 0"))
+        return Transform.of_pose(Pose())
+    turned = scipy.spatial.transform.Rotation.from_euler("xyz", _numbers(origin, "rpy", 3, "0 0 0"))
+    return Transform(rotation=turned.as_matrix(), translation=_numbers(origin, "xyz", 3, "0 0 0"))
 
 
 def _numbers(element: Element, name: str, count: int, otherwise: str = "") -> Array:

@@ -18,7 +18,7 @@ import numpy as np
 from core.geometry import Pose, arc, wrap
 from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
-from core.recording.corridor import SIGHTING_NOISE
+from core.recording.archives import CORRIDOR_NOISE
 from core.recording.recording import SightingStep
 from core.slam.motion import Increment
 
@@ -158,12 +158,12 @@ def _sighted(
     false = rng.poisson(corridor.clutter)
     readings = np.vstack(
         (
-            np.column_stack((reach[near], bearing[near])) + rng.normal(0.0, SIGHTING_NOISE, (len(near), 2)),
+            np.column_stack((reach[near], bearing[near])) + rng.normal(0.0, CORRIDOR_NOISE, (len(near), 2)),
             np.column_stack((rng.uniform(0.3, REACH, false), rng.uniform(-HALF_FIELD, HALF_FIELD, false))),
         )
     )
     names = np.concatenate((near, np.full(false, -1)))
-    order, noise = np.argsort(readings[:, 1]), np.diag(np.square(SIGHTING_NOISE))
+    order, noise = np.argsort(readings[:, 1]), np.diag(np.square(CORRIDOR_NOISE))
     return tuple(
         Sighting(range=r, bearing=wrap(b), covariance=noise, stamp=stamp) for r, b in readings[order].tolist()
     ), tuple(names[order].tolist())

@@ -23,7 +23,7 @@ import numpy as np
 
 from core.geometry import Pose
 from core.message import Array
-from core.recording.corridor import SIGHTING_NOISE
+from core.recording.archives import CORRIDOR_NOISE
 from core.slam.consistency import squared_error
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 from tests.benchmarks import mrpt
@@ -85,7 +85,7 @@ def theirs(told: Drive, limit: float) -> Score | str:
     ]
     try:
         with tempfile.TemporaryDirectory() as folder:
-            answer = mrpt.run(steps, Path(folder), SIGHTING_NOISE, limit=limit)
+            answer = mrpt.run(steps, Path(folder), CORRIDOR_NOISE, limit=limit)
     except subprocess.TimeoutExpired:
         return f"not done after {limit:.0f} s"
     except RuntimeError as trouble:
