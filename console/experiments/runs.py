@@ -23,7 +23,7 @@ from console.workers.tasks import end, to_the_end
 from console.workers.worker import Worker
 from core.errors import Unavailable
 from core.experiments import EXPERIMENTS
-from core.experiments.about import ChapterValue, figure_at
+from core.experiments.plan import ChapterValue, figure_at
 from core.experiments.result import as_text
 from core.files import saving, write_atomic
 from core.library_threads import ONE_THREAD

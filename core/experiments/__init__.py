@@ -7,9 +7,8 @@ from inspect import signature
 from pathlib import Path
 from typing import Any
 
-from core.experiments.about import About
 from core.experiments.campaign import Campaign
-from core.experiments.plan import ExperimentPlan
+from core.experiments.plan import About, ExperimentPlan
 from core.experiments.result import ExperimentResult
 from core.files import check_folder
 

@@ -14,9 +14,8 @@ from typing import TypedDict
 
 import numpy as np
 
-from core.experiments.about import About
 from core.experiments.figures.audio_visual import audio_visual_figure
-from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.gate import Twist
 from core.geometry import Pose

@@ -17,9 +17,8 @@ from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibra
 from core.calibration.practice import held, picture
 from core.calibration.projection import PARAMETERS
 from core.errors import Unavailable
-from core.experiments.about import About, ChapterValue
 from core.experiments.figures.figures_13_15 import figure_13, figure_14, figure_15
-from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.plan import About, ChapterValue, ExperimentPlan, RunBatch
 from core.experiments.result import BoardPoseFigures, ExperimentResult
 from core.files import save_all
 from core.message import Array

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-from core.experiments.about import About
 from core.experiments.direction_of_arrival import (
     CONDITIONS,
     DEFAULT,
@@ -24,7 +23,7 @@ from core.experiments.direction_of_arrival import (
     scenes_for,
     summary,
 )
-from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.experiments.talk_in_rooms import PRE_ROLL
 from core.perception.sound.doa_stream import DoaStream

@@ -12,8 +12,7 @@ from typing import NotRequired, TypedDict
 
 import numpy as np
 
-from core.experiments.about import About
-from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, as_csv, grouped, stored
 from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ, AcousticScene, make_scene
 from core.geometry import wrap

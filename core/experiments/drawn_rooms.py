@@ -10,10 +10,9 @@ from typing import TypedDict
 
 import numpy as np
 
-from core.experiments.about import About, ChapterValue
 from core.experiments.course_traces import mapped
 from core.experiments.figure_16_conditions import FAIR_CONDITIONS, FORM, PAPER_ERROR_M, ROOM, Condition, limit
-from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.plan import About, ChapterValue, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.message import message
 

@@ -24,10 +24,9 @@ import numpy as np
 from scipy.special import ellipe
 
 from core.errors import BadInput
-from core.experiments.about import About, ChapterValue
 from core.experiments.course_draws import MAX_RANGE_M, Draws, Field, Run, frozen
 from core.experiments.course_traces import followed, mapped, reckoned
-from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.plan import About, ChapterValue, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.message import Array, message
 from core.perception.landmarks.landmarks import Sighting

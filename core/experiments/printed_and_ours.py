@@ -12,11 +12,10 @@ from typing import Any, Literal, TypedDict
 import msgspec
 
 from core.errors import Unavailable
-from core.experiments.about import About
 from core.experiments.dead_reckoning_vs_slam import DriveOutcome, drive_rows, outcome
 from core.experiments.drives import FIGURED, PLAIN
 from core.experiments.lab_drives import lab_drives
-from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.experiments.table_2 import TrialRow, trial_of
 from core.experiments.table_2_trials import TRIALS

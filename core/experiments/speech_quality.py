@@ -15,8 +15,7 @@ from typing import NotRequired, TypedDict
 import numpy as np
 
 from core.errors import Unavailable
-from core.experiments.about import About
-from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, FileContents, as_csv, best_and_worst, grouped, stored
 from core.experiments.speech_loop import LoopResult, padded, read, run_loop, save_loop, track_of
 from core.install import install_extra

@@ -9,8 +9,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from core.experiments.about import About
-from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.geometry import Pose
 from core.perception.landmarks.edges import find_edges

@@ -10,8 +10,7 @@ from typing import Any, TypedDict
 
 from core.errors import BadSettings
 from core.experiments import EXPERIMENTS
-from core.experiments.about import figure_at
-from core.experiments.plan import ExperimentPlan
+from core.experiments.plan import ExperimentPlan, figure_at
 from core.experiments.result import ExperimentResult, as_csv, stored
 from core.settings import Settings, changed
 

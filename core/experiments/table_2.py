@@ -17,8 +17,7 @@ import numpy as np
 
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import Refused, Unavailable
-from core.experiments.about import About
-from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, as_csv, best_and_worst, grouped, stored
 from core.experiments.spoken_room import SENSES, SentenceOutcome, SpokenRoom
 from core.experiments.table_2_trials import MAX_TRIES, PRECONDITIONS, TRIALS, TrialOutcome

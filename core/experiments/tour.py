@@ -7,8 +7,7 @@ from typing import NotRequired, TypedDict
 
 import numpy as np
 
-from core.experiments.about import About
-from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.rehearsal import Rehearsal
 from core.experiments.result import ExperimentResult, stored
 from core.geometry import Pose

@@ -225,8 +225,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from core.experiments.about import About
-from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult
 
 ABOUT = About(title="Counting", reproduces="Nothing: the runs are counted.", runs=1, base_s=0.1, run_s=0.1)

@@ -14,7 +14,7 @@ import pytest
 
 from console.experiments.runs import ExperimentRuns, counted
 from core.experiments import EXPERIMENTS
-from core.experiments.about import figure_at
+from core.experiments.plan import figure_at
 from tests.console.live import Live
 
 CHEAPEST = "dead-reckoning-vs-slam"
