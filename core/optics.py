@@ -3,10 +3,9 @@
 Pixel (0, 0) is the centre of the top-left pixel; u runs right, v down.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -49,7 +48,7 @@ class CameraModel:
         """(5,): k1 k2 p1 p2 k3, in OpenCV's order."""
         return np.array([self.k1, self.k2, self.p1, self.p2, self.k3])
 
-    def scaled(self, factor: float) -> CameraModel:
+    def scaled(self, factor: float) -> Self:
         """The same camera with so many times the pixels in a row."""
         return replace(
             self,

@@ -4,8 +4,6 @@
 translation has the same keys. Where a sentence comes from, only its code stands.
 """
 
-from __future__ import annotations
-
 import json
 from functools import cache
 from pathlib import Path
@@ -43,9 +41,9 @@ class Statement(str):
         sentence.said = SentenceCode(code, values)
         return sentence
 
-    def __call__(self, **values: object) -> Statement:
+    def __call__(self, **values: object) -> Self:
         """Fill in the values of a pattern."""
-        return Statement(self.said.code or "", **values)
+        return type(self)(self.said.code or "", **values)
 
     def __str__(self) -> Self:  # so that the code is not lost on the way through an error
         return self

@@ -1,7 +1,5 @@
 """How subcommands answer: one JSON object with `--json`, sentences without."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import math
@@ -14,7 +12,7 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 from types import TracebackType
-from typing import Any, TextIO
+from typing import Any, Self, TextIO
 
 import numpy as np
 
@@ -162,7 +160,7 @@ class GrowingJson:
         self._named, self._count = named, 0
         self.tail: dict[str, object] = {}  # what stands after the member
 
-    def __enter__(self) -> GrowingJson:
+    def __enter__(self) -> Self:
         JSON_BEGUN.set(True)
         self._print(_json({self._member: None}).removesuffix("null}") + self._ends[0])
         self._before = signal.signal(signal.SIGTERM, signal.default_int_handler)

@@ -1,12 +1,11 @@
 """Let a browser on this computer be loudspeaker and microphone: one page plays a sound and sends what was heard."""
 
-from __future__ import annotations
-
 import json
 import secrets
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
@@ -42,7 +41,7 @@ class BrowserLoop:
         self._server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(self, secret))
         self.address = f"http://127.0.0.1:{self._server.server_address[1]}/{secret}/"
 
-    def __enter__(self) -> BrowserLoop:
+    def __enter__(self) -> Self:
         threading.Thread(target=self._server.serve_forever, daemon=True).start()
         return self
 

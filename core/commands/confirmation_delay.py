@@ -1,8 +1,7 @@
 """The start of spoken commands: soon after the words; some wait for a delay in which STOP cancels them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
+from typing import Self
 
 OBEYED_WITHIN = 2.0  # [s] after their end at which a spoken command may still start
 CONFIRMATION_DELAY_S = 2.0
@@ -18,10 +17,10 @@ class ConfirmationDelay:
     latest: float
 
     @classmethod
-    def from_now(cls, now: float, length: float = CONFIRMATION_DELAY_S) -> ConfirmationDelay:
+    def from_now(cls, now: float, length: float = CONFIRMATION_DELAY_S) -> Self:
         """Return the delay of a command that was understood just now."""
         return cls(begins=now + length, latest=now + length + MAX_POSTPONED_S)
 
-    def while_speaking(self, now: float) -> ConfirmationDelay:
+    def while_speaking(self, now: float) -> Self:
         """Return the delay while a person speaks at `now` [s]."""
         return replace(self, begins=min(max(self.begins, now + RECOGNITION_TIME_S), self.latest))

@@ -5,8 +5,6 @@ pictures have one thread in every worker, and all workers have the same versions
 everywhere on one kind of processor.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import hashlib
@@ -22,7 +20,7 @@ from functools import cache
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 import core
 from core.errors import Unavailable
@@ -67,7 +65,7 @@ class Workers:
                 self._executor.shutdown(wait=False)  # of dask: cancels what it has
             self._executor = None
 
-    def __enter__(self) -> Workers:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

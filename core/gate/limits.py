@@ -1,10 +1,8 @@
 """The limits that no setpoint may exceed."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, fields
-from typing import Annotated, TypeGuard
+from typing import Annotated, Self, TypeGuard
 
 from core.errors import BadInput
 from core.setting import Meta, Section
@@ -44,14 +42,14 @@ class Limits(Section):
     margin: Annotated[float, Meta("m", 0.005, 0.3, "distance that the guard keeps around the body")] = 0.03
     guard: Annotated[bool, Meta(meaning="false (a robot without a laser): slower, see `UNGUARDED_SPEED`")] = True
 
-    @staticmethod
-    def of(given: dict[str, object]) -> Limits:
+    @classmethod
+    def of(cls, given: dict[str, object]) -> Self:
         """Names and values → limits; raises BadInput with a sentence for an unknown name or a bad value."""
-        known = {field.name for field in fields(Limits)}
+        known = {field.name for field in fields(cls)}
         for name in given:
             if name not in known:
                 raise BadInput(f"There is no limit called {name!r}; known are {', '.join(sorted(known))}.")
-        return Limits(**given)  # type: ignore[arg-type]
+        return cls(**given)  # type: ignore[arg-type]
 
 
 UNGUARDED_SPEED = 0.2  # [m/s], the most when nothing looks where the robot goes

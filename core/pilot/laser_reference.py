@@ -1,7 +1,5 @@
 """The position by laser and wheels alone, beside the one by all senses: the chapter's reference (abstract)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from core.pilot.landmark_perception import LandmarkPerception

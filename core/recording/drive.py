@@ -4,8 +4,6 @@ A moment is one frame with its results; all its messages have one log time. Noth
 chunks, so a recording may be as long as the disk.
 """
 
-from __future__ import annotations
-
 import contextlib
 import struct
 from collections.abc import Callable, Iterator

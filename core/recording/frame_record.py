@@ -5,9 +5,8 @@ what the pilot took with the frame and what it made of it. The readings' bulk (r
 messages of the same moment.
 """
 
-from __future__ import annotations
-
 import math
+from typing import Self
 
 import msgspec
 
@@ -144,9 +143,7 @@ class FrameRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     results: ResultRecord | None = None
 
     @classmethod
-    def of(
-        cls, frame: SensorFrame, taken: TakenRecord | None = None, results: ResultRecord | None = None
-    ) -> FrameRecord:
+    def of(cls, frame: SensorFrame, taken: TakenRecord | None = None, results: ResultRecord | None = None) -> Self:
         """A frame without the bulk of its readings."""
         wheels, scan, image, sound = frame.wheels, frame.scan, frame.image, frame.sound
         return cls(

@@ -1,11 +1,9 @@
 """Recordings: the scans with odometry, or the sightings, of a log, in time order."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Self
 
 import cv2
 import numpy as np
@@ -195,7 +193,7 @@ class ScanRecording:
         """Time [s] from the first to the last scan."""
         return logged_stamp(self.scans[-1]) - self.start
 
-    def with_faults(self, faults: tuple[Fault, ...]) -> ScanRecording:
+    def with_faults(self, faults: tuple[Fault, ...]) -> Self:
         """The recording with what was found in it later, which its report says, too."""
         sentences = (one.sentence for one in faults)
         report = replace(

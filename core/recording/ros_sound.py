@@ -4,12 +4,10 @@
 bytes per second by the recorder's clock. GStreamer's names of samples ("S16LE") and MP3 are read.
 """
 
-from __future__ import annotations
-
 import io
 import re
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from rosbags.typesys import get_types_from_msg
@@ -71,7 +69,7 @@ class SampleForm:
             raise BadRecord(f"its samples are {self.samples[:20]!r}, which is not read")
         return int(known[2]) // 8
 
-    def checked(self) -> SampleForm:
+    def checked(self) -> Self:
         """The same form. Raises BadRecord for a rate, a number of channels or samples that cannot be."""
         if not (RATES_HZ[0] <= self.rate <= RATES_HZ[1] and 1 <= self.channels <= MAX_MICROPHONES):
             raise BadRecord("its sound has no usable rate or number of channels")

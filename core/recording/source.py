@@ -1,7 +1,5 @@
 """Files from unknown sources: bounded reading, and sentences for what cannot be opened."""
 
-from __future__ import annotations
-
 import bz2
 import codecs
 import contextlib
@@ -14,7 +12,7 @@ import zlib
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Self
 
 import lz4.frame
 import zstandard
@@ -54,7 +52,7 @@ class BinaryLog:
         self._file = open_file(path, largest)
         self.size = self._file.seek(0, io.SEEK_END)
 
-    def __enter__(self) -> BinaryLog:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(

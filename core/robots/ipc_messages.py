@@ -3,10 +3,9 @@
 To the driver go packets of JSON; what a request asks for stays unread until the robot's own types are known.
 """
 
-from __future__ import annotations
-
 import socket
 from dataclasses import dataclass
+from typing import Self
 
 import msgspec
 
@@ -39,10 +38,10 @@ class DriverTrouble:
     sentence: str
     details: str = ""  # for the log
 
-    @staticmethod
-    def of(error: BeckonError) -> DriverTrouble:
+    @classmethod
+    def of(cls, error: BeckonError) -> Self:
         """Return the message for an error whose sentence is shown to people unchanged."""
-        return DriverTrouble(type(error).__name__, str(error))
+        return cls(type(error).__name__, str(error))
 
     @property
     def error(self) -> BeckonError:

@@ -1,13 +1,12 @@
 """Readings of devices: newest wins, sound is joined, nothing queues without bound."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections import defaultdict, deque
 from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field, replace
+from typing import Self
 
 from core.geometry import Pose
 from core.message import Array
@@ -63,7 +62,7 @@ class Readings:
         self._watch()
         self._mixed: dict[str, tuple[float, Fault]] = {}  # by sensor, with when that was last seen [s]
 
-    def renaming(self, names: Names) -> Readings:
+    def renaming(self, names: Names) -> Self:
         """The same readings for a device whose sensors are called otherwise on the robot.
 
         `names`: by kind and the device's own name; it may be filled later.

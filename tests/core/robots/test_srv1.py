@@ -90,7 +90,7 @@ def test_the_firmwares_failsafe_is_switched_on_and_stated(robot_there: Srv1Emula
     base = device.open().base
     assert robot_there.failsafe == (0, 0)
     assert base is not None and base.failsafe == 2.0 and "any byte" in base.failsafe_words and not base.odometry
-    device._write(motor_command((40, 40)))
+    device._link.write(motor_command((40, 40)))
     until(lambda: robot_there.motors == (40, 40))
     device.close()
     began = time.monotonic()
