@@ -1,4 +1,4 @@
-"""What every experiment says of itself in its own file as ABOUT, and its plan, which a campaign carries out.
+"""An experiment's declaration of itself, in its own file as ABOUT, and its plan, which a campaign carries out.
 
 A plan has runs by number, and the result that their answers make.
 """

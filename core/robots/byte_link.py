@@ -209,7 +209,7 @@ def _why_not(path: str, trouble: str) -> str:
 
 
 class NoLink:
-    """What a device has before it is opened."""
+    """The link of a device that is not open."""
 
     def read(self, timeout: float) -> bytes:
         """Raises OSError."""
