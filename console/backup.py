@@ -32,8 +32,6 @@ BLOCK_BYTES = 1 << 20
 
 @dataclass(frozen=True)
 class BackupReport:
-    """The files and bytes that were kept or put back, and what was left out."""
-
     file: Path
     files: int
     bytes: int

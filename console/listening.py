@@ -30,8 +30,6 @@ READABLE_BY_OTHERS_WARNING = (
 
 @dataclass(frozen=True)
 class OpenPort:
-    """A port that is listened on, and who may come in there."""
-
     listener: socket.socket
     port: int
     address: str  # by which browsers open it

@@ -48,8 +48,6 @@ HEADERS = {
 
 @dataclass(frozen=True)
 class Access:
-    """The accepted logins and hosts, and the cookie that carries a login."""
-
     logins: Logins = field(default_factory=Logins)
     hosts: frozenset[str] = frozenset({"127.0.0.1", "localhost", "[::1]"})
     cookie: str = "beckon_8420"  # the port in its name: cookies are shared between ports

@@ -39,15 +39,11 @@ ReportT = TypeVar("ReportT")
 
 
 class SolvedCamera(msgspec.Struct, frozen=True, tag=True):
-    """A camera's calibration, and the names of the views that it was made of."""
-
     calibration: Calibration
     names: list[str]
 
 
 class SolvedMount(msgspec.Struct, frozen=True, tag=True):
-    """A mount's calibration, and the names of the poses that it was made of."""
-
     calibration: LaserCalibration
     names: list[str]
 
@@ -56,8 +52,6 @@ SolvedViews = SolvedCamera | SolvedMount
 
 
 class CountedPicture(msgspec.Struct, frozen=True):
-    """The picture of a view that was counted."""
-
     name: str  # of the view
     picture: bytes | None  # PNG; None: the console has the file that was sent
     small: bytes  # JPEG
@@ -83,8 +77,6 @@ class SessionChange(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class SessionAnswer(msgspec.Struct, frozen=True, kw_only=True):
-    """Changes of a session."""
-
     size: tuple[int, int] | None  # [pixel] of its pictures
     verdict: CalibrationVerdict | None = None
     counted: CountedPicture | None = None
@@ -152,8 +144,6 @@ class TakePicture(Job[SessionAnswer], frozen=True):
 
 
 class SweepScan(Job[SessionAnswer], frozen=True):
-    """A scan of the robot."""
-
     scan: Scan
 
 
@@ -182,8 +172,6 @@ class SkipAdvice(Job[SessionAnswer], frozen=True):
 
 
 class AdoptSolution(Job[SessionAnswer], frozen=True):
-    """Take over a solution of the solver worker."""
-
     solved: SolvedViews
 
 
@@ -200,8 +188,6 @@ class AcceptMount(Job[AcceptedMount], frozen=True):
 
 
 class CameraSolutionReport(CameraReport):
-    """A camera's calibration as the page shows it."""
-
     views_refused: list[RefusedPicture]
     residuals: Rows  # u, v, du, dv [pixel] of seen corners, thinned
 
@@ -226,8 +212,6 @@ class ImportedCameraReport(CameraNumbers):
 
 
 class ImportedMountReport(TypedDict):
-    """Mount of a file."""
-
     rotation: Rows
     translation_m: list[float]
     warnings: list[str]

@@ -22,8 +22,6 @@ Ranges = list[float | None]  # [m] None where nothing was measured
 
 
 class StoredPose(msgspec.Struct, frozen=True):
-    """A still pose of the board."""
-
     name: str
     dropped: bool
     rotation: Rows
@@ -68,8 +66,6 @@ class StoredPose(msgspec.Struct, frozen=True):
 
 
 class LaserState(msgspec.Struct, frozen=True):
-    """All that a session needs."""
-
     background: Ranges | None  # the empty room
     rooms: list[Ranges | None] = []  # the empty rooms of the poses, each once
     taken: list[StoredPose] = []

@@ -60,8 +60,6 @@ class SessionInfo(msgspec.Struct):
 
 
 class StoredSession(msgspec.Struct):
-    """A session's file."""
-
     version: int
     card: SessionInfo
     shown: CalibrationSessionState

@@ -27,8 +27,6 @@ DISK_TIMEOUT_S = 5.0  # that an answer waits for the disk
 
 
 class CommandFields(TypedDict, total=False):
-    """The fields of an entry that describe a command."""
-
     source: str
     words: str  # as they arrived
     heard_as: str  # as they were understood

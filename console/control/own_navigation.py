@@ -39,8 +39,6 @@ UNALIGNED = (
 
 @dataclass(frozen=True)
 class DecodedMap:
-    """A map of the robot's with its number."""
-
     number: int
     cells: Array  # (H, W) uint8: 0 unknown, 1 free … 101 occupied; row 0 at the highest y
     width: float  # [m]

@@ -33,8 +33,6 @@ Mark = tuple[int, int, int]  # inode, size [bytes], changed [ns]
 
 @dataclass(frozen=True)
 class TextFileCommand:
-    """The command that was found in speech.txt."""
-
     words: str
     trouble: str = ""  # a sentence: why nobody should obey it
     age: float = 0.0  # [s] by the file's date
@@ -42,8 +40,6 @@ class TextFileCommand:
 
 @dataclass(frozen=True)
 class TextFileSource:
-    """The source that was found in source.txt."""
-
     azimuth: float  # [rad] from the robot's front, left is positive
     sd: float  # [rad]
     age: float  # [s] by the file's date

@@ -47,8 +47,6 @@ HALT_FILE = "halt.json"
 
 @dataclass
 class RobotStop:
-    """One robot in a stop of all."""
-
     asked_at: float  # [s]
     acknowledged: bool = False
     ms: float | None = None  # from the press to its answer

@@ -20,8 +20,6 @@ class DrawnMatch(msgspec.Struct, frozen=True):
 
 
 class JoinedMap(msgspec.Struct, frozen=True):
-    """Two maps as one."""
-
     saved: SavedMap
     grid: OccupancyGrid
     older_submaps: int  # those of the newer map stand behind them

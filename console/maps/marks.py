@@ -131,8 +131,6 @@ class EditMark(msgspec.Struct, frozen=True):
 
 
 class MapMarks(msgspec.Struct, frozen=True):
-    """All marks of one map."""
-
     places: tuple[PlaceMark, ...] = ()
     zones: tuple[ZoneMark, ...] = ()
     routes: tuple[RouteMark, ...] = ()

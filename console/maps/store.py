@@ -36,8 +36,6 @@ ASIDE = ".new-"  # how the folder of a map begins that is being written
 
 
 class SavedMapFacts(msgspec.Struct):
-    """A saved map in figures."""
-
     name: str
     saved_s: float  # Unix time
     by: str  # who saved it

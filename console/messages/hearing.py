@@ -51,8 +51,6 @@ DECIMAL_DIGITS = 4
 
 @dataclass(frozen=True)
 class TranscriptionStatus:
-    """How it is with the words of the room."""
-
     starting: bool = False  # they are not read yet: what reads them must be started first
     suggested_commands: tuple[str, ...] = ()  # that the newest may have been, as long as they are offered
 

@@ -84,8 +84,6 @@ class SlamState(Struct):
 
 
 class CommandPayload(Struct):
-    """A command as it was understood."""
-
     id: int
     name: str
     numbers: dict[str, float]

@@ -31,14 +31,10 @@ from core.sensors import Camera
 
 
 class PixelPicture(msgspec.Struct, frozen=True, tag=True):
-    """A picture of the robot's own camera."""
-
     pixels: Array  # (H, W) or (H, W, 3) uint8
 
 
 class UploadedPicture(msgspec.Struct, frozen=True, tag=True):
-    """A file that someone sent."""
-
     content: bytes
 
 

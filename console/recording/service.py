@@ -96,8 +96,6 @@ KEPT = Statement("recording.kept")
 
 
 class RecordingNote(msgspec.Struct):
-    """The words that people have given to a recording."""
-
     note: str = ""
 
 

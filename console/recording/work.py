@@ -147,8 +147,6 @@ class RecoverRecordings(Job[list[FinishedRecording]], frozen=True):
 
 
 class ReadRecording(Job[FinishedRecording], frozen=True):
-    """Read the summary of one file."""
-
     path: str
 
 
@@ -159,8 +157,6 @@ class PictureRecording(Job[bytes], frozen=True):
 
 
 class CutRecording(Job[FinishedRecording], frozen=True):
-    """Write a part of one file to another."""
-
     path: str
     target: str
     begin_s: float
@@ -168,8 +164,6 @@ class CutRecording(Job[FinishedRecording], frozen=True):
 
 
 class FilmRecording(Job[bytes], frozen=True):
-    """Make a film of a part of one file."""
-
     path: str
     begin_s: float
     end_s: float
@@ -177,8 +171,6 @@ class FilmRecording(Job[bytes], frozen=True):
 
 
 class MakeSample(Job[FinishedRecording], frozen=True):
-    """Record a sample of the simulated robot."""
-
     sample: str
     target: str
 

@@ -22,15 +22,11 @@ class QualitySetup(msgspec.Struct, frozen=True):
 
 
 class BegunQuality(msgspec.Struct, frozen=True):
-    """A run that is prepared."""
-
     places: list[QualityRow]  # nothing is measured there yet
     voice: str
 
 
 class MeasuredQuality(msgspec.Struct, frozen=True):
-    """A place that was measured."""
-
     row: QualityRow
     page: str  # HTML
 
@@ -48,6 +44,4 @@ class ListenClose(Job[str], frozen=True):
 
 
 class MeasureQuality(Job[MeasuredQuality], frozen=True):
-    """Measure one of the places."""
-
     number: int

@@ -29,15 +29,11 @@ class Job(msgspec.Struct, Generic[Answer], frozen=True, tag=True):
 
 
 class JobRequest(msgspec.Struct, Generic[Content], frozen=True):
-    """A job on its way to a worker."""
-
     job: Content
     budget: float  # [s] of processor time
 
 
 class JobResult(msgspec.Struct, Generic[Content], frozen=True, tag="result"):
-    """The answer to a job."""
-
     result: Content
 
 

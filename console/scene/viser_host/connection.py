@@ -29,8 +29,6 @@ class ViewerCameraMessage(msgspec.Struct, tag=True):
 
 
 class ScenePointerMessage(msgspec.Struct, tag=True):
-    """A click into the scene."""
-
     event_type: str
     ray_origin: Vector
     ray_direction: Vector
