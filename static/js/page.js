@@ -1,17 +1,15 @@
 // Start of the page: theme, common panels, session, shell, redrawing, and sign-in by a printed link.
 
-import { enterByLink } from "./panels/login-view.js";
-import "./ui/theme.js";
 import "./panels/banner-stack.js";
 import "./panels/link-chip.js";
-import "./panels/live-region.js";
-import "./panels/login-view.js";
 import "./panels/notice-toasts.js";
 import "./panels/page-menu.js";
 import "./panels/record-button.js";
 import "./panels/stop-button.js";
 import "./panels/theme-toggle.js";
+import "./ui/theme.js";
 import { Session } from "./net/session.js";
+import { enterByLink } from "./panels/login-view.js";
 import { Shell } from "./shell/shell.js";
 import { Panel } from "./ui/panel.js";
 import { isPressed } from "./ui/press.js";

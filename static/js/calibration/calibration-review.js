@@ -6,9 +6,8 @@ import { sure } from "../ui/confirm-button.js";
 import { cardHead, icon, isNew, make, mark, redraw, write } from "../ui/element.js";
 import { inLanguage, t } from "../ui/texts.js";
 import * as api from "./api.js";
-import { FieldsCard } from "./fields-card.js";
-import { GainsCard } from "./precision-card.js";
-import { ExportsCard, FindingsCard, PosesCard, ValuesCard } from "./review-cards.js";
+import { GainsCard } from "./capture-cards.js";
+import { ExportsCard, FieldsCard, FindingsCard, PosesCard, ValuesCard } from "./review-cards.js";
 import { ViewsCard } from "./views-card.js";
 import { WizardStep } from "./wizard-step.js";
 

@@ -1,12 +1,11 @@
 // Start of the fleet's page: its session, its elements, and sign-in by a printed link.
 
-import "../ui/theme.js";
-import { enterByLink } from "../panels/login-view.js";
 import "../panels/theme-toggle.js";
-import "./fleet-answers.js";
+import "../ui/theme.js";
 import "./fleet-bar.js";
 import "./fleet-cards.js";
 import "./fleet-maps.js";
+import { enterByLink } from "../panels/login-view.js";
 import { Panel } from "../ui/panel.js";
 import { writeTexts } from "../ui/texts.js";
 import { FleetSession } from "./fleet-session.js";
@@ -29,7 +28,7 @@ cards.join(session);
 /** @type {import("./fleet-bar.js").FleetStop} */ (part("fleet-stop")).join(session);
 /** @type {import("./fleet-bar.js").FleetBanner} */ (part("fleet-banner")).join(session);
 /** @type {import("./fleet-maps.js").FleetMaps} */ (part("fleet-maps")).join(session);
-/** @type {import("./fleet-answers.js").FleetAnswers} */ (part("fleet-answers")).join(session);
+/** @type {import("./fleet-bar.js").FleetAnswers} */ (part("fleet-answers")).join(session);
 
 addEventListener("hashchange", enterByLink);
 if (!enterByLink()) void session.begin();

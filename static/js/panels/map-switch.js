@@ -3,10 +3,9 @@
 
 import { icon, make, mark } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
-import { chooseMap, mapKind, NO_WEBGL, onMapKind } from "../ui/map-choice.js";
+import { chooseMap, MAP_DRAWN, mapKind, NO_WEBGL, onMapKind } from "../ui/map-choice.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
-import { MAP_DRAWN } from "../ui/webgl.js";
 
 const KINDS = /** @type {const} */ (["flat", "3-D"]);
 

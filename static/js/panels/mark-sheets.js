@@ -1,13 +1,63 @@
 // Element <place-sheet>: the name of a place, and where the robot looks there.
 // Element <zone-sheet>: the name of a zone that was drawn, and what holds in it.
+// Base class of the dialogs that name something on the map and save it.
 
 import { addPlace, addZone, changePlace } from "../net/marks-api.js";
-import { make, numberField, write } from "../ui/element.js";
+import { make, nameField, numberField, onSubmit, write } from "../ui/element.js";
 import { fixed, spread } from "../ui/format.js";
-import { NameSheet } from "../ui/name-sheet.js";
+import { Sheet } from "../ui/sheet.js";
 import { t } from "../ui/texts.js";
+import { TroubleLine } from "../ui/trouble-line.js";
 
 /** @import { Place } from "../net/marks-api.js" */
+
+export class NameSheet extends Sheet {
+  #name = nameField("", { id: "" });
+  #trouble = new TroubleLine();
+  #keep = make("button.button.primary", { type: "submit" }, t("place-sheet.save"));
+
+  /**
+   * Build it, closed.
+   * @param {{id: string, title: string, label: string, example: string}} words `id` of the field
+   * @param {(Node | string)[]} above the name
+   * @param {(Node | string)[]} below
+   */
+  fill({ id, title, label, example }, above, below) {
+    [this.#name.id, this.#name.placeholder] = [id, example];
+    const named = make("label", { for: id }, label);
+    const form = make("form.place-sheet-form", ...above, named, this.#name, ...below);
+    form.append(this.#trouble.element, this.#keep);
+    this.frame(title, form);
+    onSubmit(form, () => void this.#save());
+  }
+
+  /** @param {string} name that is offered */
+  ask(name) {
+    this.#name.value = name;
+    this.#trouble.say("");
+    if (this.hasAttribute("hidden")) this.toggle();
+    this.#name.focus();
+    this.#name.select();
+  }
+
+  /** @param {string} _name @returns {Promise<string>} what is announced */
+  async save(_name) {
+    return "";
+  }
+
+  async #save() {
+    const name = this.#name.value.trim();
+    if (!name) {
+      this.#trouble.say(t("place-sheet.a_name_is_missing"));
+      this.#name.focus();
+      return;
+    }
+    await this.#trouble.attempt(async () => {
+      this.session.announce(await this.save(name));
+      this.shut();
+    }, this.#keep);
+  }
+}
 
 const DEGREE = Math.PI / 180;
 const SPARE_M = 0.035; // as the planner keeps free at least

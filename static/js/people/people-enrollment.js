@@ -6,8 +6,7 @@ import { takeDrops } from "../ui/file-drop.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { PagePanel } from "../ui/panel.js";
 import { inLanguage, t } from "../ui/texts.js";
-import { PeopleStage, prepared } from "./people-stage.js";
-import { sketched } from "./person-outline.js";
+import { PeopleStage, prepared, sketched } from "./people-stage.js";
 
 /** @import { EnrollmentState as Enrollment } from "../net/rest.js" */
 /** @import { EnrollmentModel } from "./enrollment-model.js" */

@@ -2,11 +2,11 @@
 
 import { remember, remembered } from "./local-storage.js";
 import { t } from "./texts.js";
-import { MAP_DRAWN } from "./webgl.js";
 
 /** @typedef {"flat" | "3-D"} MapKind */
 
 const SMALL = "(max-width: 600px), (max-height: 450px)"; // phones
+export const MAP_DRAWN = canDraw();
 export const NO_WEBGL = t("map-choice.this_browser_has_no_webgl_2");
 
 /** @type {Set<() => void>} */
@@ -70,4 +70,15 @@ function change(to, because) {
   if (!MAP_DRAWN) return;
   [kind, why] = [to, because];
   for (const listener of listeners) listener();
+}
+
+/** Whether this browser can draw the 3-D map. */
+function canDraw() {
+  try {
+    const context = document.createElement("canvas").getContext("webgl2");
+    context?.getExtension("WEBGL_lose_context")?.loseContext(); // browsers keep few of them
+    return context !== null;
+  } catch {
+    return false;
+  }
 }
