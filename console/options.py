@@ -83,7 +83,7 @@ def _check_tls(options: Options) -> None:
     if certificate is None or key is None:
         return
     try:
-        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(certificate, key, password=_no_password)
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(certificate, key, password=str)  # nobody is asked
     except FileNotFoundError:
         missing = certificate if not certificate.exists() else key
         raise BadInput(f"{missing} is not there; --tls-cert and --tls-key take PEM files.") from None
@@ -92,11 +92,6 @@ def _check_tls(options: Options) -> None:
         raise BadInput(
             f"{certificate} and {key} are no certificate in PEM with its own key, without a password ({why})."
         ) from None
-
-
-def _no_password() -> str:
-    """A console that starts by itself cannot ask for one."""
-    return ""
 
 
 def settings_file(options: Options, home: Path) -> Path | None:

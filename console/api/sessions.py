@@ -11,7 +11,7 @@ from pydantic import Field
 from console.access.guard import ON_THIS_MACHINE, Access
 from console.access.login_keeper import ENDED
 from console.access.logins import LINK_LIFE, Person, new_token
-from console.access.records import KeyKind, KeyRecord, LoginRecord
+from console.access.records import KeyKind
 from console.access.roles import needs
 from console.api import AccessRules, Behind, HistoryInUse, RequestBody, Sockets, Who, router
 from console.api.login import called
@@ -79,8 +79,12 @@ class LinkRequest(RequestBody):
 @needs("admin")
 async def listed(access: AccessRules, sockets: Sockets, who: Who) -> SignInList:
     """List who is signed in, and by which keys one may sign in."""
-    rows = [session_row(one, sockets.are_open(one.person), who) for one in access.logins.all_logins()]
-    return SignInList(rows, [key_row(key) for key in access.logins.all_keys()])
+    rows = [
+        SignedIn(one.id, one.name, one.role, one.made_s, one.end_s, sockets.are_open(one.person), one.id == who.id)
+        for one in access.logins.all_logins()
+    ]
+    keys = [KeyRow(key.id, key.name, key.role, key.kind, key.made_s, key.end_s) for key in access.logins.all_keys()]
+    return SignInList(rows, keys)
 
 
 @sessions.delete("/sessions/{id}", status_code=204)
@@ -145,13 +149,3 @@ def path_of_proxy(request: Request) -> str:
 def is_here(address: str) -> bool:
     """Return whether an address leads to the very machine on which it is opened."""
     return address.partition("://")[2].startswith(HERE)
-
-
-def session_row(login: LoginRecord, present: bool, who: Person) -> SignedIn:
-    """One login, without anything secret."""
-    return SignedIn(login.id, login.name, login.role, login.made_s, login.end_s, present, login.id == who.id)
-
-
-def key_row(key: KeyRecord) -> KeyRow:
-    """One key, without anything secret."""
-    return KeyRow(key.id, key.name, key.role, key.kind, key.made_s, key.end_s)

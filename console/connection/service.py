@@ -4,7 +4,6 @@ import asyncio
 import re
 import shlex
 from collections.abc import Awaitable, Callable, Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 from urllib.parse import urlsplit
@@ -44,40 +43,20 @@ def host_of(url: str) -> str:
         return ""
 
 
-def urls_at(host: str) -> list[str]:
-    """The URLs of every kind of link at a host, each at its usual port."""
-    ports = {name: urlsplit(SCHEMES[name].example).port for name in PORT_SCHEMES}
-    return [f"{name}://{f'[{host}]' if ':' in host else host}:{port}" for name, port in ports.items()]
-
-
 def serial_ports() -> list[str]:
     """The URLs of devices at this computer's serial ports, as far as their names say what they are."""
     return [f"{kind}://{path}" for kind, name in SERIAL_PATTERNS for path in sorted(Path("/dev").glob(name))]
 
 
-@dataclass(frozen=True)
-class Knock:
-    """An address that may answer."""
-
-    url: str
-
-    @property
-    def host(self) -> str:
-        return host_of(self.url)
-
-    @property
-    def port(self) -> int:
-        return urlsplit(self.url).port or 0
-
-    async def answers(self) -> bool:
-        """Return whether a connection opens within `ANSWER_S`."""
-        try:
-            async with asyncio.timeout(ANSWER_S):
-                _, writer = await asyncio.open_connection(self.host, self.port)
-        except (OSError, TimeoutError):
-            return False
-        writer.close()
-        return True
+async def answers(host: str, port: int) -> bool:
+    """Return whether a connection opens within `ANSWER_S`."""
+    try:
+        async with asyncio.timeout(ANSWER_S):
+            _, writer = await asyncio.open_connection(host, port)
+    except (OSError, TimeoutError):
+        return False
+    writer.close()
+    return True
 
 
 T = TypeVar("T")
@@ -178,16 +157,11 @@ class ConnectionService(Part):
             raise BadInput(Statement("connect.opened_here"))
         name, mark, run = rest.partition("#")  # FILE#N picks a run
         file = self._recordings / Path(name).expanduser()
-        if not self._is_free_for(who, url):
-            self._check_inside(file)
+        if not self._is_free_for(who, url) and not inside(file, [self._recordings, *self.reach.folders]):
+            raise Problem(403, Statement("connect.only_recordings", folder=self._recordings))
         if not (file.is_file() or file.is_dir()):
             raise BadInput(Statement("connect.no_recording", name=Path(name).name[:80], folder=self._recordings))
         return f"log:{file}{mark}{run}"
-
-    def _check_inside(self, file: Path) -> None:
-        """Raises Problem 403 for a file outside the folders from which operators open recordings."""
-        if not inside(file, [self._recordings, *self.reach.folders]):
-            raise Problem(403, Statement("connect.only_recordings", folder=self._recordings))
 
     async def look(self, url: str, choices: Sequence[TopicChoice], who: Person) -> FoundRobot:
         """Connect once more, or to another robot, and see what is there.
@@ -213,13 +187,18 @@ class ConnectionService(Part):
         )
         used = [*known, *(url for text in files for url in re.findall(r'^url = "(.*)"', text, re.MULTILINE))]
         hosts = ["127.0.0.1", *(host_of(part) for url in used for part in parts_of(url))]
-        wanted = [Knock(url) for host in dict.fromkeys(filter(None, hosts)) for url in urls_at(host)]
-        allowed = [one for one in wanted[:MAX_KNOCKS] if await asyncio.to_thread(self._allows, one.url, who)]
-        answers = await asyncio.gather(*(one.answers() for one in allowed))
+        ports = {name: urlsplit(SCHEMES[name].example).port or 0 for name in PORT_SCHEMES}
+        wanted = [
+            (f"{kind}://{f'[{host}]' if ':' in host else host}:{port}", host, port)
+            for host in dict.fromkeys(filter(None, hosts))
+            for kind, port in ports.items()
+        ][:MAX_KNOCKS]
+        allowed = [one for one in wanted if await asyncio.to_thread(self._allows, one[0], who)]
+        answering = await asyncio.gather(*(answers(host, port) for _, host, port in allowed))
         devices = await asyncio.to_thread(serial_ports) if who.may("admin") else []
         return FoundAddresses(
-            urls=[one.url for one, answers in zip(allowed, answers, strict=True) if answers] + devices,
-            looked_at=list(dict.fromkeys(f"{one.host}:{one.port}" for one in allowed)),
+            urls=[url for (url, _, _), answered in zip(allowed, answering, strict=True) if answered] + devices,
+            looked_at=list(dict.fromkeys(f"{host}:{port}" for _, host, port in allowed)),
         )
 
     def _allows(self, url: str, who: Person) -> bool:

@@ -19,22 +19,16 @@ from console.control.own_navigation import OwnMapView
 from console.messages import state as messages
 from console.robot.supervisor import RobotSupervisor
 from console.scene.click_to_go import ClickToGo
-from console.scene.overlays.associations import Associations
-from console.scene.overlays.candidates import CandidatePoses
-from console.scene.overlays.command_preview import PreviewLines
-from console.scene.overlays.ground_grid import GroundGrid
-from console.scene.overlays.landmarks import Landmarks
-from console.scene.overlays.loop_closures import LoopClosureArcs
+from console.scene.overlays.landmarks import Associations, Landmarks
 from console.scene.overlays.marks import MarksOnMap, ShownMarks
-from console.scene.overlays.occupancy import Occupancy
-from console.scene.overlays.people import People
-from console.scene.overlays.plan import Plan
-from console.scene.overlays.pose_ellipse import PoseEllipse
+from console.scene.overlays.occupancy import GroundGrid, Occupancy
+from console.scene.overlays.people import People, VoiceWedges
+from console.scene.overlays.plan import Plan, PreviewLines
+from console.scene.overlays.pose_ellipse import CandidatePoses, PoseEllipse
 from console.scene.overlays.robot import DeadReckoningGhost, OtherWayGhost, RobotBody, TrailLine
 from console.scene.overlays.robots_own_map import RobotsOwnMap
 from console.scene.overlays.scan import ScanPoints
-from console.scene.overlays.submaps import Submaps
-from console.scene.overlays.voices import VoiceWedges
+from console.scene.overlays.submaps import LoopClosureArcs, Submaps
 from console.scene.viser_host.bridge import Bridge
 from console.scene.viser_host.mount import NoSocketServer, QuietViser, close_viser, open_viser
 from core.commands.command import Command

@@ -381,8 +381,8 @@ def test_an_overlay_is_one_file_and_one_row(copy: Copy) -> None:
     copy.change(
         "console/scene/__init__.py",
         (
-            "from console.scene.overlays.candidates",
-            "from console.scene.overlays.beacon import Beacon\nfrom console.scene.overlays.candidates",
+            "from console.scene.overlays.landmarks",
+            "from console.scene.overlays.beacon import Beacon\nfrom console.scene.overlays.landmarks",
         ),
         ("    TrailLine,\n", "    TrailLine,\n    Beacon,\n"),
     )

@@ -1,4 +1,4 @@
-"""The occupancy map as a picture on the floor; unknown cells stay transparent."""
+"""The occupancy map as a picture on the floor, unknown cells transparent; and the floor's grid."""
 
 import itertools
 import time
@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from viser import ImageHandle, SceneApi
 
-from console.scene.drawing.palette import FREE, WALL
+from console.scene.drawing.palette import FREE, GRID, WALL
 from core.message import Array
 from core.robots import Profile
 from core.slam.map.occupancy import OccupancyGrid
@@ -82,3 +82,27 @@ def filled(rings: tuple[Array, ...], corner: Array, scale: float, shape: tuple[i
     drawn = [((ring - corner) * (scale, -scale) - 0.5) * 2**SUBPIXEL_BITS for ring in rings]
     cv2.fillPoly(picture, [np.round(ring).astype(np.int32) for ring in drawn], 255, cv2.LINE_AA, SUBPIXEL_BITS)
     return picture.astype(np.float32) / 255
+
+
+class GroundGrid:
+    """Half-metre cells that fade into the distance."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None:
+        scene.add_grid(
+            "/floor",
+            width=60.0,
+            height=60.0,
+            cell_size=0.5,
+            cell_color=GRID,
+            cell_thickness=0.4,
+            section_size=1.0,
+            section_color=GRID,
+            section_thickness=0.8,
+            fade_distance=28.0,
+            fade_strength=1.6,
+            shadow_opacity=0.18,
+            position=(0.0, 0.0, 0.001),
+        )
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Nothing to do."""

@@ -1,4 +1,4 @@
-"""The tracked person: a ring and an ellipse where all senses put them, a cross by the laser, and the bearings."""
+"""The tracked person and the voices that were heard."""
 
 import math
 
@@ -6,21 +6,27 @@ import numpy as np
 from viser import SceneApi
 
 from console.scene.drawing.lines import CIRCLE, CROSS, Lines, ellipses, joined, lifted
-from console.scene.drawing.palette import DOUBT, SCAN, UNSURE, VOICE, Colour
+from console.scene.drawing.palette import DOUBT, SCAN, UNSURE, VOICE, Colour, mix
 from core.message import Array
 from core.perception.people.fusion import Ray
 from core.perception.people.tracked_person import TrackedPerson
 from core.robots import Profile
-from core.snapshot import Snapshot
+from core.snapshot import Snapshot, VoiceDirection
 
 RING_RADIUS_M = 0.22
 CROSS_ARM_M = 0.10
 HEIGHT_M = 0.035
 ELLIPSE_SDS = 2.0
+WEDGE_SDS = 2.0
+WEDGE_LENGTH_M = 2.5
+VOICE_HEIGHT_M = 0.03
+WEDGE_RAYS = 9
+FADE_S = 6.0
+MIN_WEDGE_HALF_RAD = 0.02  # half of a wedge that can still be seen
 
 
 class People:
-    """One node for all of it."""
+    """A ring and an ellipse where all senses put the person, a cross by the laser, and the bearings; in one node."""
 
     def __init__(self, scene: SceneApi, robot: Profile) -> None:
         self._strokes = Lines(scene, "/person", DOUBT, 2.6)
@@ -55,3 +61,30 @@ def _line(ray: Ray, towards: Array) -> Array:
     length = float(np.hypot(*(towards - (ray.x, ray.y))))
     end = (ray.x + length * math.cos(ray.azimuth), ray.y + length * math.sin(ray.azimuth))
     return np.array([(ray.x, ray.y), end])
+
+
+class VoiceWedges:
+    """From where the robot stood when it heard a voice, a wedge two deviations wide, fading with age; in one node."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None:
+        self._strokes = Lines(scene, "/voices", VOICE, 2.2)
+        self._drawn: tuple[tuple[int, float, int], ...] = ()
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw them again when one was heard, or has faded by a tenth."""
+        voices = snapshot.hearing.voices if snapshot.hearing is not None else ()
+        key = tuple((one.id, one.stamp, int(10 * one.age / FADE_S)) for one in voices)
+        if key == self._drawn:
+            return
+        self._drawn = key
+        self._strokes.draw_each(
+            (voice_wedge(one), mix(VOICE, UNSURE, max(0.0, 1 - one.age / FADE_S))) for one in voices
+        )
+
+
+def voice_wedge(voice: VoiceDirection) -> Array:
+    """A voice → segments (RAYS + 1, 2, 3) [m], world: its two sides and the arc between them."""
+    half = min(max(WEDGE_SDS * voice.sd_heard, MIN_WEDGE_HALF_RAD), math.pi)
+    angles = voice.azimuth_world + np.linspace(-half, half, WEDGE_RAYS)
+    rim = voice.heard_at + WEDGE_LENGTH_M * np.column_stack((np.cos(angles), np.sin(angles)))
+    return joined(np.vstack((voice.heard_at[None], rim, voice.heard_at[None])), VOICE_HEIGHT_M)

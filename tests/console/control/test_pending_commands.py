@@ -16,7 +16,7 @@ from console.control.command_freshness import Spoken
 from console.control.command_preview import caller, preview
 from console.control.pending_commands import PendingCommands
 from console.http.problems import Problem
-from console.scene.overlays.command_preview import DASH_M, PreviewLines, dashed, strokes_of
+from console.scene.overlays.plan import DASH_M, PreviewLines, dashed, strokes_of
 from console.speech.browser_microphone import BrowserMicrophone
 from console.speech.room_transcription import RoomTranscriber
 from core.commands.command import Command

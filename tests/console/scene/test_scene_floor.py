@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from console.scene.overlays.associations import crosses, dashes, places
-from console.scene.overlays.candidates import POINTER_RADII, outline, stood
-from console.scene.overlays.loop_closures import MAX_ARCH_M, MIN_ARCH_M, arch, strokes_of
+from console.scene.overlays.landmarks import crosses, dashes, places
 from console.scene.overlays.marks import outlines
 from console.scene.overlays.occupancy import Occupancy
-from console.scene.overlays.submaps import frame
+from console.scene.overlays.pose_ellipse import POINTER_RADII, outline, stood
+from console.scene.overlays.submaps import MAX_ARCH_M, MIN_ARCH_M, arch, frame, strokes_of
 from core.geometry import Pose
 from core.message import Array
 from core.navigation.zones import MapZone
