@@ -23,7 +23,6 @@ from core.sentences import static_folder
 ROUTER_MODULES = (
     "stop",
     "commands",
-    "pending_command",
     "state",
     "hearing",
     "recognizer",
@@ -32,7 +31,6 @@ ROUTER_MODULES = (
     "sessions",
     "maps",
     "places",
-    "metrics",
     "zones",
     "edits",
     "routes",

@@ -181,7 +181,6 @@ def locked(home: Path) -> Generator[FolderLock]:
 
 
 def _holder(file: IO[str]) -> str:
-    """Return the owner of the lock, as far as it is written there."""
     try:
         file.seek(0)
         owner = json.loads(file.read(MAX_OWNER_CHARACTERS))

@@ -313,7 +313,6 @@ class Runtime:
             self.notifications.tell("info", "Keys and logins can be saved again.", "logins")
 
     def _look_for_sleep(self) -> None:
-        """End commands, active or pending, that were given before the machine slept."""
         if self._sleep.woke():
             self.dispatcher.setpoint_sender.stop()
             self.dispatcher.cancel("failed", "The machine slept; the robot was stopped.")

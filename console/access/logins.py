@@ -221,7 +221,6 @@ class Logins:
         return f"{key} {self._names}" if key in RANK else key
 
     def _unique_name(self, name: str) -> str:
-        """Return the name, with a number where another person has the same name."""
         others = {login.name.casefold() for login in self._records.logins.values()}
         numbered = (name if number == 1 else f"{name} ({number})" for number in itertools.count(1))
         return next(name for name in numbered if name.casefold() not in others)

@@ -235,7 +235,6 @@ class AudioSocket:
         self._tell(audio.PartialTranscript(words))
 
     def _heard_in_room(self, outcome: SpokenOutcome, _: VoiceDirection | None) -> None:
-        """Show an utterance of the room that is this person's."""
         if self._mouth is None or not self._mouth.awaits_words or not outcome.utterance.final:
             return
         self._show(outcome, max(0.0, time.monotonic() - outcome.said.ended))

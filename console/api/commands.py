@@ -1,4 +1,4 @@
-"""Commands for the robot, and how they ended."""
+"""Commands for the robot, how they ended, and the spoken one that waits: begin it at once, or drop it."""
 
 from typing import Annotated
 
@@ -7,8 +7,9 @@ from fastapi import Query, Response
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, Dispatcher, HistoryInUse, RequestBody, Who, router
+from console.api import Behind, Dispatcher, HistoryInUse, RequestBody, Who, part, router
 from console.control.history_store import MAX_REMEMBERED_ENTRIES, HistoryEntry
+from console.control.pending_commands import PendingCommands
 from console.http.problems import Problem
 from core.commands import VOCABULARY, particulars
 from core.commands.command import CommandSpec
@@ -20,6 +21,8 @@ from core.snapshot import Snapshot
 commands = router("commands", 409, 503)
 
 POINTED_SD_RAD = 0.1  # sd of a direction that an operator gives
+pending_command = router("pending_command", 404, 409)
+Pending = Annotated[PendingCommands, part(PendingCommands)]
 
 
 class CommandRequest(RequestBody):
@@ -172,3 +175,40 @@ def entry_row(entry: HistoryEntry) -> HistoryRow:
     duration = None if entry.ended is None else round(entry.ended - entry.wall, 3)
     times = {"at_s": entry.wall, "ended_s": entry.ended, "duration_s": duration}
     return msgspec.convert({**vars(entry), **times, **code_of(entry.remark)._asdict()}, HistoryRow)
+
+
+class PendingCommandRequest(RequestBody):
+    """Which command: the `id` that `pending_command` in the state has. It begins by itself after its delay."""
+
+    id: int = Field(ge=1, le=2**53)
+
+
+class BegunCommand(msgspec.Struct, frozen=True):
+    """The command that waited, and its number in the history."""
+
+    id: int
+    entry: int
+    heard_as: str
+
+
+class DroppedCommand(msgspec.Struct, frozen=True):
+    """The command that does not begin."""
+
+    id: int
+    dropped: bool = True
+
+
+@pending_command.post("/pending-command/begin", status_code=202)
+@needs("operator")
+async def begin(asked: PendingCommandRequest, pending_commands: Pending, who: Who) -> BegunCommand:
+    """Begin the waiting command at once; the operator in control only. `entry` is its number in the history."""
+    entry = pending_commands.begin(asked.id, who)
+    return BegunCommand(asked.id, entry.id, entry.heard_as)
+
+
+@pending_command.post("/pending-command/drop")
+@needs("viewer")
+async def drop(asked: PendingCommandRequest, pending_commands: Pending, who: Who) -> DroppedCommand:
+    """Drop the pending command: it does not begin. Anyone who may stop the robot may do this."""
+    pending_commands.drop(asked.id, who)
+    return DroppedCommand(asked.id)

@@ -131,7 +131,6 @@ class CalibrationStore:
         return None
 
     def compare(self, kind: CalibrationKind, report: Document) -> dict[str, tuple[float, float]] | None:
-        """Compare a new report with the one in use, number by number: new, in use."""
         mine = self.report(kind)
         if mine is None:
             return None
@@ -144,7 +143,6 @@ class CalibrationStore:
             keep(path, self._aside(path, why))
 
     def _aside(self, path: Path, why: str = "") -> Path:
-        """A name that is free, with the date."""
         stamp = time.strftime("%Y-%m-%dT%H-%M-%SZ", time.gmtime())
         name = f"{path.stem}-{why}{stamp}"
         free = (path.with_name(f"{name}{f'-{number:03d}' if number else ''}.json") for number in range(1000))

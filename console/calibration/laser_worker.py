@@ -153,7 +153,6 @@ class LaserWorker(SessionWorker[LaserSession]):
         return [(u, v, r, bool(on)) for (u, v, r), on in zip(rows.tolist(), board.tolist(), strict=True)]
 
     def _shown(self, scan: Scan) -> CalibrationScan:
-        """The newest scan from above, with the empty room and the board's part."""
         rays = unit_rays(scan.angles)[:, :2]
         beams = np.flatnonzero(scan.valid)
         background = self._session.background

@@ -200,7 +200,6 @@ class OrientationRow:
 
     @classmethod
     def of(cls, found: Orientation) -> OrientationRow:
-        """An orientation with the units in its names."""
         return cls(found.yaw, found.yaw_sd, found.mirrored, found.residual)
 
 

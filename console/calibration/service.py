@@ -302,7 +302,6 @@ class CalibrationService(Part):
             session.show(urgent=True)
 
     def _looked(self, session: CalibrationSession, live: LiveCapture) -> None:
-        """It has ended, perhaps by itself."""
         if self._live.get(session.card.id) is live and not live.task.cancelled():
             self.live(session, on=False)
 

@@ -140,7 +140,6 @@ class CommandDispatcher:
         return entry
 
     def _handle(self, command: Command, words: str, source: str, who: Person, said: Spoken | None) -> HistoryEntry:
-        """Let a part of the console carry a command out."""
         if spec_of(command.name).moves:
             self.admit(command, words, source, who, said)
         fields = row_of(command, words, source)

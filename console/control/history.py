@@ -111,7 +111,6 @@ class History:
         return entry
 
     def _allowed(self, entry: HistoryEntry, who: Person) -> bool:
-        """Return whether this entry gets a row of its own."""
         if who.may("operator"):
             return entry.state != "refused" or self._allowance(who.id, *REFUSED_ALLOWANCE).take(entry.mono)
         own = self._allowance(who.id, *VIEWER_ALLOWANCE).take(entry.mono)

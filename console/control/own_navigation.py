@@ -178,7 +178,6 @@ class OwnNavigationService(Part):
                 self._notifications.tell("info", remark)
 
     def _align(self, answer: requests.OwnNavigation) -> None:
-        """Update the place of the robot's map on Beckon's, from both poses at one time."""
         if answer.pose is None or not self._poses:
             return
         stamp, here = min(self._poses, key=lambda entry: abs(entry[0] - answer.stamp_s))

@@ -282,7 +282,6 @@ class ExperimentRuns(RunStore[ExperimentRun]):
 
 
 def _files_in(folder: Path) -> list[ResultFile]:
-    """List the files that an experiment wrote, figures first."""
     if not folder.is_dir():
         return []
     found = [one for one in folder.iterdir() if FILE.fullmatch(one.name) and one.is_file() and not one.is_symlink()]

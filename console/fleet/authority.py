@@ -152,7 +152,6 @@ class Authority:
             made.replace(own.certificate)
 
     def _sign(self, name: str, alternatives: str, files: CertificateFiles, days: int) -> None:
-        """Make a key and a certificate of it with these alternative names."""
         with saving("The certificate could not be made"), tempfile.TemporaryDirectory() as folder:
             request, more, made, key = (Path(folder) / each for each in ("request", "more", "made", "key"))
             _make_key(key)
@@ -178,7 +177,6 @@ def _make_key(path: Path) -> None:
 
 
 def _lasts(certificate: Path, days: float) -> bool:
-    """Return whether a certificate is there and good for so many days."""
     if not certificate.is_file():
         return False
     check = ("x509", "-checkend", str(round(days * DAY_S)), "-noout", "-in", str(certificate))

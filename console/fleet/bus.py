@@ -239,7 +239,6 @@ def viewer_rules(name: str) -> list[dict[str, Any]]:
 
 
 def _rule(name: str, flow: str, messages: Iterable[str], keys: list[str]) -> dict[str, Any]:
-    """Messages of these kinds may go this way on these keys."""
     return {"id": name, "permission": "allow", "flows": [flow], "messages": list(messages), "key_exprs": keys}
 
 

@@ -66,7 +66,6 @@ class FleetStop:
 
     @property
     def all(self) -> bool:
-        """True when every robot stands by its own gate."""
         return bool(self.robots) and all(one.acknowledged for one in self.robots.values())
 
 

@@ -162,6 +162,5 @@ async def picture(name: RobotName, runtime: Fleet, who: Who) -> Response:
 
 
 async def stopped(runtime: FleetRuntime, who: Any, kind: StopKind) -> FleetStopState:
-    """Have all stand, and write it down."""
     runtime.history.add(kind, who, source="fleet")
     return stop_state(await runtime.router.stop_all(kind, who.name), runtime)

@@ -157,7 +157,6 @@ class PlaceService(Part):
 
 
 def _spoken_routes(marks: MapMarks) -> tuple[NamedPlace, ...]:
-    """The routes whose names can be said."""
     found: list[NamedPlace] = []
     for route in marks.routes:
         with contextlib.suppress(BadInput):

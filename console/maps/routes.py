@@ -393,7 +393,6 @@ class RouteService(Part):
         self._keep()
 
     def _next(self, run: RouteRun, *, stand: bool = False) -> None:
-        """Go to the next stop, or round again, or end."""
         run.stop, run.tries, run.acts = run.stop + 1, 0, False
         if run.stop == len(run.route.stops):
             run.rounds += 1

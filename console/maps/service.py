@@ -578,5 +578,4 @@ class MapService(Part):
 
 
 def _layout(snapshot: Snapshot) -> list[tuple[int, Pose]]:
-    """The submaps, and where they lie."""
     return [(one.id, one.pose) for one in snapshot.floor.submaps]

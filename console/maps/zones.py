@@ -108,7 +108,6 @@ class ZoneService(Part):
         return drawn, left_out
 
     def _polygons(self, packed: bytes, reading: MaskReading) -> tuple[list[tuple[Array, float | None]], str]:
-        """The zones of a mask, and a sentence on what is none."""
         mask = read_nav2_zip(packed)
         if reading.kind == "keep_out":
             rings, between = keep_out_polygons(mask)

@@ -157,7 +157,6 @@ class DemoPerson:
         return len(enrollment.taken) > before
 
     async def _stand(self, place: Pose, gesture: Gesture | None) -> None:
-        """Face the robot, or turn aside."""
         robot = await self._ask(requests.ReadTruth())
         facing = math.atan2(robot.y_m - place.y, robot.x_m - place.x)
         turned = math.pi / 2 if gesture is not None and gesture.name == "side" else 0.0

@@ -137,7 +137,6 @@ class EnrollmentSession:
         self.newest = self._judged("", answer.size, answer.picture)
 
     def take(self, answer: SeenPerson) -> None:
-        """Take the worker's answer about a picture of a person."""
         gesture = self.next
         self.newest = self._judged(gesture.name if gesture else "more", answer.size, answer.picture)
         self.newest.wrong, self.newest.outline = answer.wrong, answer.outline

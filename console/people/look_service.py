@@ -111,7 +111,6 @@ class LookService(Part):
             log.warning("The worker that looks for people did not start: %s", lost)
 
     async def _ready(self) -> bool:
-        """Open the detector where it is not open. Return whether it is."""
         if self._worker.alive and self._opened == self._worker.starts:
             return True
         try:
@@ -135,7 +134,6 @@ class LookService(Part):
         self._answer = LookAnswer(stamp=question.stamp, found=seen.people)
 
     async def _complain(self, words: str) -> None:
-        """Say it once, and wait a while."""
         if words != self._complaint:
             self._complaint = words
             self._tell(words)

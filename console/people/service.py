@@ -282,7 +282,6 @@ class EnrollmentService(Part):
     # steps of the above
 
     def _use(self, card_id: str | None) -> None:
-        """Come only to this person from the next frame on."""
         self._chosen = card_id
         if self._dispatcher.pilot is not None:
             self._dispatcher.pilot.obey_only(self.chosen)

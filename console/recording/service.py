@@ -418,7 +418,6 @@ class RecordingService(Part):
             self._running = msgspec.structs.replace(self._running, **facts)
 
     def _lost(self, trouble: str) -> None:
-        """The recorder's process is gone, or the disk takes no more."""
         self._listened = time.monotonic()
         if self._running is not None:
             self._running, self._unfinished = None, True
@@ -628,7 +627,6 @@ class RecordingService(Part):
         return self._folder / f"{name}{ENDING}"
 
     def _fresh_name(self, wanted: str) -> str:
-        """The name, or one like it where there is a recording of it already."""
         base = wanted or datetime.now().astimezone().strftime("%Y-%m-%d %H.%M.%S")
         name, number = base, 1
         while self._path(name).exists() or Path(f"{self._path(name)}{PART}").exists():
@@ -649,7 +647,6 @@ class RecordingService(Part):
         return found
 
     def _parts(self) -> list[tuple[str, float, int]]:
-        """The same of every file that is not finished."""
         return self._sizes(f"{ENDING}{PART}")
 
     def _description(self, cause: str, note: str) -> dict[str, str]:
@@ -658,8 +655,6 @@ class RecordingService(Part):
         return {**facts, **cause_facts(cause), "note": note}
 
     async def _files(self) -> list[tuple[str, str, bytes]]:
-        """The files that go into a recording."""
-
         def read() -> list[tuple[str, str, bytes]]:
             paths = [
                 path for given in self._attached for path in ([given] if given.is_file() else given.glob("*.json"))

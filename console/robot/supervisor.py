@@ -48,7 +48,6 @@ class Restarts:
         self._again_at = 0.0  # [s]
 
     def due(self, now: float) -> bool:
-        """True if the missing process is started again now."""
         return now >= self._again_at
 
     def died(self, now: float) -> str:
@@ -299,7 +298,6 @@ class RobotSupervisor:
             )
 
     def _run(self) -> None:
-        """Read messages and look after the processes, until the robot is closed."""
         while not self._over.is_set():
             try:
                 self._supervise()
@@ -312,7 +310,6 @@ class RobotSupervisor:
                 return
 
     def _supervise(self) -> None:
-        """One turn: wait for news, take it, look after the processes."""
         watched = select.poll()
         hear: dict[int, Callable[[], None]] = {}
         if self._driver is not None:
@@ -405,7 +402,6 @@ class RobotSupervisor:
             self._frame_at = None
 
     def _tell_trouble(self, words: str) -> None:
-        """There is no gate, and why."""
         state = "halted" if self._halt.stands else "disarmed"
         self._status = GateStatus(state=state, reason=words, need_neutral=True)
         if words != self.trouble:

@@ -43,8 +43,6 @@ MAX_FAILURES = 5  # in a row after which the scene is left as it is
 
 
 class Drawable(Protocol):
-    """Something the scene shows."""
-
     def show(self, snapshot: Snapshot) -> None:
         """Set what has changed."""
         ...

@@ -115,8 +115,6 @@ class TalkTurn:
 
 
 class BrowserMicrophone(Part):
-    """The worker, and whose turn it is."""
-
     def __init__(self, settings: SpeechSettings | None = None) -> None:
         self.settings = settings or SpeechSettings()
         self._worker = TranscriptionClient()
@@ -205,7 +203,6 @@ class BrowserMicrophone(Part):
                 self._turn = None
 
     async def _read_so_far(self, turn: TalkTurn) -> None:
-        """Show the words so far, while the button is held."""
         if turn.mode != "held" or turn.over or turn.waiting > MICROPHONE_PIECE_S:
             return
         words = await self._worker.words_so_far()

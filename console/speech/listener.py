@@ -150,7 +150,6 @@ class WordListener:
         return self._pending_commands.take(decision, self._source, self.speaker, said)
 
     def _obey(self, utterance: RecognizedUtterance, said: Spoken) -> SpokenOutcome:
-        """Begin a command, or have it wait a moment."""
         try:
             taken = self._take(utterance.decision, said)
         except Problem as problem:

@@ -85,7 +85,6 @@ class RoomMouth:
         self._voice_commands.at_console = False
 
     async def _speak(self) -> None:
-        """Hand the sound on to the room as it comes."""
         try:
             name = await speaker_in_room(self._ask, self._wanted)
             if (who := self._voice_commands.operator) is not None:
@@ -145,8 +144,6 @@ def hidden(plan: requests.FloorPlan, robot: requests.GroundTruth, person: reques
 
 
 def _cross(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float], d: tuple[float, float]) -> bool:
-    """Return whether the stretches ab and cd cross."""
-
     def side(p: tuple[float, float], q: tuple[float, float], r: tuple[float, float]) -> float:
         return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
 

@@ -231,7 +231,6 @@ class RoomTranscriber(Part):
         return await self._worker.feed(sound.samples, sound.rate, sound.stamp)
 
     def _hear(self, utterance: RecognizedUtterance) -> None:
-        """One utterance, or a STOP within one that is not over."""
         voice, decision = voice_between(self._voices, utterance.begin, utterance.end), utterance.decision
         if decision.command is not None and not decision.stops:
             call = None if voice is None else voice.call

@@ -58,14 +58,12 @@ def handlers_of(worker: object) -> Iterator[Handler]:
 
 
 def answer_type(kind: type[Job[Any]]) -> Any:
-    """Return the type of the answer to jobs of this kind."""
     bases = (base for each in kind.__mro__ for base in each.__dict__.get("__orig_bases__", ()))
     return get_args(next(base for base in bases if get_origin(base) is Job))[0]
 
 
 @cache
 def answer_decoder(kind: type[Job[Answer]]) -> msgspec.msgpack.Decoder[JobResult[Answer] | JobFailure]:
-    """Return the decoder of what comes back for jobs of this kind."""
     return decoder(JobResult[answer_type(kind)] | JobFailure)
 
 

@@ -142,7 +142,6 @@ class Worker:
             raise
 
     async def _last_words(self) -> WorkerLost:
-        """It has ended by itself, or was killed."""
         child, code = self._child, None
         try:
             if child is not None:

@@ -81,7 +81,7 @@ def test_the_unit_starts_what_the_command_line_understands_and_keeps_keys_out_of
 
 
 def test_the_dashboard_asks_for_figures_that_there_are() -> None:
-    source = (Path(__file__).parents[2] / "console/api/metrics.py").read_text()
+    source = (Path(__file__).parents[2] / "console/api/state.py").read_text()
     panels = json.loads((SERVICE / "grafana.json").read_text())["panels"]
     asked = {
         name for panel in panels for one in panel["targets"] for name in re.findall(r"beckon_(\w+)", one["expr"])

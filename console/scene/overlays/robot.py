@@ -79,7 +79,6 @@ class RobotBody:
 
 
 def solid(scene: SceneApi, name: str, profile: list[tuple[float, float]], colour: Colour) -> None:
-    """A turned part of the body."""
     vertices, faces = turned(profile)
     scene.add_mesh_simple(name, vertices, faces, color=colour, side="double")
 

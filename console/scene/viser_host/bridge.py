@@ -60,7 +60,6 @@ class Bridge:
                     await self._socket.close(*self._why)
 
     async def _pump(self) -> None:
-        """Hand on what the browser says and may say, until it leaves."""
         while True:
             message = await self._socket.receive()
             if message["type"] == "websocket.disconnect":

@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from console.api.metrics import quoted
+from console.api.state import quoted
 from tests.console.live import Live
 
 LINE = re.compile(r'beckon_[a-z_]+(\{[a-z_]+="[^"]*"(,[a-z_]+="[^"]*")*\})? (\S+)')
