@@ -40,6 +40,7 @@ class Subscriber:
         self._news.set()
 
     def want(self, kind: str, wanted: bool) -> None:
+        """Set whether this viewer wants a kind."""
         (self.wants.add if wanted else self.wants.discard)(kind)
         if wanted and kind not in self._turns:
             self._turns.append(kind)

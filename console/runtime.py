@@ -212,8 +212,14 @@ class Runtime:
         pilot = self._make_pilot()
         pilot.look_through(self.parts.calibrated(self.robot.profile))
         self.equip(pilot)
-        callbacks = (self._published, partial(self._call, self.pilots.bury), self.parts[RobotVoice].deaf)
-        thread = PilotThread(self.robot, pilot, self.dispatcher.setpoint_sender, *callbacks)
+        thread = PilotThread(
+            self.robot,
+            pilot,
+            self.dispatcher.setpoint_sender,
+            publish=self._published,
+            failed=partial(self._call, self.pilots.bury),
+            deaf=self.parts[RobotVoice].deaf,
+        )
         thread.start()
         self.dispatcher.pilot = pilot
         return thread
@@ -291,7 +297,7 @@ class Runtime:
 
     def _tick(self, now: float) -> None:
         self._look_for_sleep()
-        if self.pilots.steps and not self.over:
+        if self.pilots.is_stepping and not self.over:
             self.robot.beat()
         self.dispatcher.tick(now)
         if self._link_monitor.look(hangs=self.pilots.hangs):

@@ -99,7 +99,7 @@ class AudioSocket:
         )
 
     async def _converse(self) -> None:
-        speaker = asyncio.create_task(self._speak())
+        speaker = asyncio.create_task(self._send_all())
         try:
             while self._closing is None:
                 message = await self._socket.receive()
@@ -112,7 +112,7 @@ class AudioSocket:
                 elif message.get("bytes") is not None:
                     self._take_sound(message["bytes"])
                 else:
-                    self._take_words(message.get("text") or "")
+                    self._take_message(message.get("text") or "")
         finally:
             self._until = time.monotonic()
             if self._turn is not None:
@@ -121,7 +121,7 @@ class AudioSocket:
             self._runtime.parts[PendingCommands].left(self._person)
             await end(speaker)
 
-    async def _speak(self) -> None:
+    async def _send_all(self) -> None:
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
             while True:
                 message = await self._down.get()
@@ -155,7 +155,7 @@ class AudioSocket:
             if self._turn.mode == "held":
                 self._runtime.parts[PendingCommands].hear()
 
-    def _take_words(self, text: str) -> None:
+    def _take_message(self, text: str) -> None:
         try:
             message = msgspec.convert(read_json(text), audio.AudioUp)
         except (BadInput, msgspec.ValidationError):
@@ -169,9 +169,9 @@ class AudioSocket:
                 self._mouth.rest()
             self._tell(audio.ListeningMessage(False))
         else:
-            self._listen(message)
+            self._begin_turn(message)
 
-    def _listen(self, asked: audio.Listen) -> None:
+    def _begin_turn(self, asked: audio.Listen) -> None:
         if self._turn is not None:
             self._turn.rest()
             self._turn = None

@@ -83,9 +83,9 @@ class StateSocket:
                 runtime.chapter,
             )
         )
-        listener = asyncio.create_task(self._listen())
+        listener = asyncio.create_task(self._receive_all())
         try:
-            await self._speak()
+            await self._send_all()
         finally:
             await end(listener)
             if self._press is not None:
@@ -97,7 +97,7 @@ class StateSocket:
 
     # down
 
-    async def _speak(self) -> None:
+    async def _send_all(self) -> None:
         try:
             while (message := await self._viewer.next(self._runtime.broadcaster)) is not None:
                 async with asyncio.timeout(SEND_TIME):
@@ -120,7 +120,7 @@ class StateSocket:
 
     # up
 
-    async def _listen(self) -> None:
+    async def _receive_all(self) -> None:
         """Receive messages until the socket closes; then stop the sender."""
         try:
             while True:

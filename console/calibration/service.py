@@ -137,7 +137,7 @@ class CalibrationService(Part):
             shown = kept.shown
             shown.live = shown.demo = False
             shown.solving = shown.scan = None
-            self._reset_pose(kept)
+            self._make_session(kept)
         for trouble in self.active.troubles:
             self._tell("warning", trouble)
 
@@ -191,7 +191,7 @@ class CalibrationService(Part):
         for other in list(self.sessions.values()):
             if other.card.kind == kind:
                 self.rest(other)
-        session = self._reset_pose(StoredSession(FORM_VERSION, card, shown))
+        session = self._make_session(StoredSession(FORM_VERSION, card, shown))
         await session.save()
         return session
 
@@ -209,7 +209,7 @@ class CalibrationService(Part):
         self.live(session, on=False)
         session.close()
 
-    def _reset_pose(self, kept: StoredSession) -> CalibrationSession:
+    def _make_session(self, kept: StoredSession) -> CalibrationSession:
         card = kept.card
         kind = CameraCalibrationSession if card.kind == "camera" else LaserCalibrationSession
         session = kind(kept, SessionStore(self._home / card.id), self.solver, self._changed, self._warn)

@@ -27,14 +27,14 @@ DWELL_S = 1.0  # that "counted" stays before the live picture's "same as …" ma
 MOST_WAITING = 3  # requests that may wait for the worker
 COVERED = "The solution is of all these views already. Show more of them, or leave one out; then it is solved again."
 
-Shown = Callable[["CalibrationSession", bool], None]
+Changed = Callable[["CalibrationSession", bool], None]
 
 
 class CalibrationSession(ABC):
     """Lives on the event loop. Everything that looks at pictures or computes happens in workers."""
 
     def __init__(
-        self, kept: StoredSession, folder: SessionStore, solver: Worker, shown: Shown, tell: Callable[[str], None]
+        self, kept: StoredSession, folder: SessionStore, solver: Worker, changed: Changed, tell: Callable[[str], None]
     ) -> None:
         self.card, self.shown = kept.card, kept.shown
         self.pictures, self.exports = kept.pictures, kept.exports
@@ -42,7 +42,7 @@ class CalibrationSession(ABC):
         self._deleted = False  # nothing is written any more
         self.pose: Transform | None = None  # of the board as advised, camera_from_board
         self.stood: Pose | None = None  # by odometry, when the robot began to look at the empty room (live)
-        self.solver: asyncio.Task[None] | None = None
+        self.solving_task: asyncio.Task[None] | None = None
         self._task: asyncio.Task[None] | None = None  # the solver, and then the measuring of its correction
         self._settled = asyncio.Event()  # no solver is at work
         self._settled.set()
@@ -55,7 +55,7 @@ class CalibrationSession(ABC):
         self._stale = False
         self._given_up: list[str] | None = None  # views that could not be solved
         self._solved: jobs.SolvedViews | None = None
-        self._solver, self._shown, self._tell, self._worker = solver, shown, tell, Worker(kept.card.kind)
+        self._solver_worker, self._changed, self._tell, self._worker = solver, changed, tell, Worker(kept.card.kind)
         self._opened = 0  # the worker's start at which the session was laid on it
         self._turn = asyncio.Lock()
         self._waiting = 0
@@ -70,7 +70,7 @@ class CalibrationSession(ABC):
 
     @property
     def busy(self) -> bool:
-        return self._waiting > 0 or self.solver is not None
+        return self._waiting > 0 or self.solving_task is not None
 
     @abstractmethod
     def _opening(self) -> Job[jobs.SessionAnswer]:
@@ -122,10 +122,10 @@ class CalibrationSession(ABC):
 
     def trouble(self, words: str, kind: VerdictKind = "trouble") -> None:
         self._show_verdict(CalibrationVerdict(kind, words), None)
-        self._shown(self, True)
+        self._changed(self, True)
 
     def show(self, *, urgent: bool = False) -> None:
-        self._shown(self, urgent)
+        self._changed(self, urgent)
 
     async def save(self) -> None:
         try:
@@ -146,9 +146,11 @@ class CalibrationSession(ABC):
         """Solve in the background, when the solution does not cover the views."""
         if again:
             self._given_up = None
-        if self._stale and self.solver is None and self._names != self._given_up:
+        if self._stale and self.solving_task is None and self._names != self._given_up:
             self._settled.clear()
-            self.solver = self._task = asyncio.get_running_loop().create_task(self._solve())
+            if self._task is not None:
+                self._task.cancel()  # it measures the correction of the solution before
+            self.solving_task = self._task = asyncio.get_running_loop().create_task(self._solve())
 
     async def solve_now(self) -> None:
         """Solve, even what could not be solved before. Raises Refused with too few views, or with nothing new."""
@@ -163,7 +165,7 @@ class CalibrationSession(ABC):
         self._rests += 1
         if self._task is not None:
             self._task.cancel()
-        self.solver = self._task = self.shown.solving = None
+        self.solving_task = self._task = self.shown.solving = None
         self._settled.set()
         self._worker.kill()
 
@@ -227,7 +229,7 @@ class CalibrationSession(ABC):
         self._learn(answer, stamp)
         if answer.change is not None:
             await self.save()
-        self._shown(self, answer.counted is not None)
+        self._changed(self, answer.counted is not None)
 
     def _learn(self, answer: jobs.SessionAnswer, stamp: float | None = None) -> None:
         shown = self.shown
@@ -281,13 +283,13 @@ class CalibrationSession(ABC):
             while self._stale and self._names != self._given_up:
                 names = list(self._names)
                 self.shown.solving = CalibrationSolving(time.time(), f"Solving with {len(names)} views.")
-                self._shown(self, True)
+                self._changed(self, True)
                 await self._solve_once(names)
         finally:
-            if self.solver is asyncio.current_task():
-                self.shown.solving = self.solver = None
+            if self.solving_task is asyncio.current_task():
+                self.shown.solving = self.solving_task = None
                 self._settled.set()
-            self._shown(self, True)
+            self._changed(self, True)
         await self._measure_correction()
 
     async def _solve_once(self, names: list[str]) -> None:
@@ -309,11 +311,11 @@ class CalibrationSession(ABC):
             return
         solution = self.shown.solution
         try:
-            solution["correction"] = await self._solver.ask(jobs.MeasureCorrection(camera), budget=BUDGET_S)
+            solution["correction"] = await self._solver_worker.ask(jobs.MeasureCorrection(camera), budget=BUDGET_S)
         except BeckonError:
             return
         await self.save()
-        self._shown(self, False)
+        self._changed(self, False)
 
 
 class CameraCalibrationSession(CalibrationSession):
@@ -321,7 +323,7 @@ class CameraCalibrationSession(CalibrationSession):
         return jobs.OpenCamera(self.card.board, self._state, self._solved)
 
     async def _solution(self) -> jobs.CameraSolution:
-        return await self._solver.ask(
+        return await self._solver_worker.ask(
             jobs.SolveCamera(self.card.board, self._state, self.printed), budget=SOLVE_BUDGET
         )
 
@@ -341,7 +343,7 @@ class LaserCalibrationSession(CalibrationSession):
         camera, mount = self.card.camera, self.card.mount
         assert camera is not None and mount is not None
         job = jobs.SolveLaser(self.card.board, self._state, camera, mount.mount, self.printed)
-        return await self._solver.ask(job, budget=SOLVE_BUDGET)
+        return await self._solver_worker.ask(job, budget=SOLVE_BUDGET)
 
     async def _acceptance(self, *, force: bool) -> jobs.AcceptedMount:
         return await self._asked(jobs.AcceptMount(force))

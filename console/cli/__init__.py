@@ -50,7 +50,7 @@ def build_parser() -> argparse.ArgumentParser:
         prog="beckon", description="A console for a mobile robot that sees, hears and obeys. Without a command: run."
     )
     parser.add_argument("--version", action="version", version=f"beckon {beckon_version()}")
-    places = parser.add_subparsers(dest="subcommand", metavar="COMMAND")
+    subcommands = parser.add_subparsers(dest="subcommand", metavar="COMMAND")
     for name in SUBCOMMANDS:
-        import_module(f"console.cli.{name}").add(places)
+        import_module(f"console.cli.{name}").add(subcommands)
     return parser

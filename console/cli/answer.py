@@ -42,10 +42,10 @@ BAR_LETTERS = 20
 
 
 def add_command(
-    places: Any, name: str, run: Callable[[argparse.Namespace], int], purpose: str, *, json: bool = True
+    subcommands: Any, name: str, run: Callable[[argparse.Namespace], int], purpose: str, *, json: bool = True
 ) -> argparse.ArgumentParser:
     """Add a subcommand, with `--json` where it has such an answer, to what `add_subparsers` returned."""
-    parser: argparse.ArgumentParser = places.add_parser(name, help=purpose)
+    parser: argparse.ArgumentParser = subcommands.add_parser(name, help=purpose)
     parser.set_defaults(run=run)
     if json:
         parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 BYTES_PER_MB = 1e6
 
 
-def add(places: Any) -> None:
+def add(subcommands: Any) -> None:
     keeping = add_command(
-        places, "backup", backup, "history, maps, calibrations, people, keys and settings as one file"
+        subcommands, "backup", backup, "history, maps, calibrations, people, keys and settings as one file"
     )
     keeping.add_argument("--recordings", action="store_true", help="recordings, too")
-    returning = add_command(places, "restore", restore, "put a backup into a data folder")
+    returning = add_command(subcommands, "restore", restore, "put a backup into a data folder")
     returning.add_argument(
         "--replace", action="store_true", help="also where something is; that moves into its folder before-restore"
     )

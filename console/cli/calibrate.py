@@ -25,8 +25,8 @@ height = number(
 angle = number(-360, 360, "Give angles in degrees with commas between them, as in 0,90,180,-90.")
 
 
-def add(places: Any) -> None:
-    parser = places.add_parser(
+def add(subcommands: Any) -> None:
+    parser = subcommands.add_parser(
         "calibrate", help="the camera from pictures of a board, its place on the laser, the microphones from claps"
     )
     kinds = parser.add_subparsers(dest="kind", metavar="camera|laser|array|board", required=True)

@@ -11,8 +11,8 @@ SHELLS = ("bash", "zsh", "tcsh")
 FILES = ("LOG", "ARRAY.toml")  # arguments that are files, or something else
 
 
-def add(places: Any) -> None:
-    parser = add_command(places, "completion", run, "print a shell's completion script", json=False)
+def add(subcommands: Any) -> None:
+    parser = add_command(subcommands, "completion", run, "print a shell's completion script", json=False)
     parser.add_argument("shell", choices=SHELLS, metavar="SHELL", help=", ".join(SHELLS))
 
 

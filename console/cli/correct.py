@@ -7,8 +7,8 @@ from typing import Any
 from console.cli.answer import add_command, add_out, answer, progress
 
 
-def add(places: Any) -> None:
-    parser = add_command(places, "correct", run, "take the lens's distortion out of pictures")
+def add(subcommands: Any) -> None:
+    parser = add_command(subcommands, "correct", run, "take the lens's distortion out of pictures")
     parser.add_argument("images", nargs="+", type=Path, metavar="IMAGE")
     parser.add_argument("--camera", type=Path, required=True, metavar="CAMERA.json", help="the calibrated camera")
     add_out(parser, "where the straight pictures go", required=True)

@@ -50,8 +50,8 @@ class CheckResult:
         return "" if self.good else self.remedy
 
 
-def add(places: Any) -> None:
-    parser = add_command(places, "doctor", run, "what is installed, what is missing, what to do")
+def add(subcommands: Any) -> None:
+    parser = add_command(subcommands, "doctor", run, "what is installed, what is missing, what to do")
     parser.add_argument("--self-test", action="store_true", help="drive the simulated robot for a minute and measure")
     parser.add_argument(
         "--profile",

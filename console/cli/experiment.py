@@ -36,8 +36,8 @@ seed = whole_number(0, 10**18 - 1, "A seed is a whole number from 0 on, of at mo
 noise = number(LEAST_NOISE, MOST_NOISE, f"Give a number between {LEAST_NOISE:g} and {MOST_NOISE:g}.")
 
 
-def add(places: Any) -> None:
-    parser = add_command(places, "experiment", run, "compute a figure or a table again")
+def add(subcommands: Any) -> None:
+    parser = add_command(subcommands, "experiment", run, "compute a figure or a table again")
     names = sorted(EXPERIMENTS)
     parser.add_argument(
         "name",

@@ -20,8 +20,8 @@ MEANINGS = {
 """Of the options that a fleet's page shares with a console."""
 
 
-def add(places: Any) -> None:
-    parser = add_command(places, "fleet", run, "many robots: one page, one STOP ALL", json=False)
+def add(subcommands: Any) -> None:
+    parser = add_command(subcommands, "fleet", run, "many robots: one page, one STOP ALL", json=False)
     parser.add_argument(
         "--listen",
         default="tls/0.0.0.0:7447",

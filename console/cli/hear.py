@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from core.pipelines.hear import HeardRecording, HeardUtterance, UnreadRecording
 
 
-def add(places: Any) -> None:
+def add(subcommands: Any) -> None:
     parser = add_command(
-        places,
+        subcommands,
         "hear",
         run,
         "where voices are in sound files and recordings (WAV, FLAC, Ogg, MCAP, bags), and what they say",

@@ -10,8 +10,8 @@ from console.cli.answer import add_command, tell, write, write_json
 from core.errors import Unavailable
 
 
-def add(places: Any) -> None:
-    parser = add_command(places, "link", run, "a link by which someone else may sign in")
+def add(subcommands: Any) -> None:
+    parser = add_command(subcommands, "link", run, "a link by which someone else may sign in")
     parser.add_argument("--role", choices=("viewer", "operator"), default="operator", help="default: operator")
     parser.add_argument("--name", default="", help="what who opens it is called, such as tablet")
     parser.add_argument("--data", type=Path, metavar="DIR", help="the console's data folder")

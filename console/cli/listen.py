@@ -26,9 +26,9 @@ LISTEN_AFTER_S = 4.0  # of listening after someone spoke there
 SPEAKER_PLACE_M = (1.5, 0.5)  # of who speaks there, in front of the robot and to its left
 
 
-def add(places: Any) -> None:
+def add(subcommands: Any) -> None:
     parser = add_command(
-        places,
+        subcommands,
         "listen",
         run,
         "write commands that microphones hear into speech.txt and source.txt, for another program",

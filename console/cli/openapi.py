@@ -7,9 +7,9 @@ from typing import Any
 from console.cli.answer import add_command, write
 
 
-def add(places: Any) -> None:
+def add(subcommands: Any) -> None:
     parser = add_command(
-        places,
+        subcommands,
         "openapi",
         run,
         "print the description of the HTTP interface (OpenAPI), without a console that runs",

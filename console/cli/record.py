@@ -19,9 +19,9 @@ ENDING = ".mcap"
 REPORT_PERIOD_S = 1.0  # [s] between two reports of progress
 
 
-def add(places: Any) -> None:
+def add(subcommands: Any) -> None:
     parser = add_command(
-        places, "record", run, "record a robot's readings into an MCAP file, without a page; nothing is driven"
+        subcommands, "record", run, "record a robot's readings into an MCAP file, without a page; nothing is driven"
     )
     parser.add_argument("--robot", default="sim:lab", metavar="URL|robot.toml", help="see beckon robots")
     add_out_file(parser, "FILE.mcap", "the file to write", required=True)

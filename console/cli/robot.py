@@ -22,8 +22,8 @@ CUT = "Pull the robot's cable or switch its radio off, then press Enter. "
 RESTORE = "Plug it in again, then press Enter. "
 
 
-def add(places: Any) -> None:
-    parser = places.add_parser("robot", help="check a robot, or begin a driver of one's own")
+def add(subcommands: Any) -> None:
+    parser = subcommands.add_parser("robot", help="check a robot, or begin a driver of one's own")
     kinds = parser.add_subparsers(dest="kind", metavar="check|new", required=True)
     check = add_command(kinds, "check", run_check, "try whether a robot does what a driver promises")
     check.add_argument("robot", metavar="URL|robot.toml", help="how it is reached, see beckon robots")

@@ -40,8 +40,8 @@ class SchemeRow(NamedTuple):
         }
 
 
-def add(places: Any) -> None:
-    add_command(places, "robots", run, "the kinds of robots and what each can")
+def add(subcommands: Any) -> None:
+    add_command(subcommands, "robots", run, "the kinds of robots and what each can")
 
 
 def run(chosen: argparse.Namespace) -> int:

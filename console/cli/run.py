@@ -9,8 +9,8 @@ from console.cli.answer import add_command
 from console.declared_options import Options, add_options
 
 
-def add(places: Any) -> None:
-    parser = add_command(places, "run", run, "start the console and open it in the browser", json=False)
+def add(subcommands: Any) -> None:
+    parser = add_command(subcommands, "run", run, "start the console and open it in the browser", json=False)
     add_options(parser)
 
 

@@ -11,8 +11,8 @@ from core.setting import DeclaredSetting, Section, declared_settings
 TYPES = {bool: "boolean", int: "integer", float: "number", str: "string"}  # as JSON Schema calls them
 
 
-def add(places: Any) -> None:
-    parser = add_command(places, "settings", run, "all settings with units, bounds and defaults")
+def add(subcommands: Any) -> None:
+    parser = add_command(subcommands, "settings", run, "all settings with units, bounds and defaults")
     parser.add_argument("section", nargs="?", default="", metavar="SECTION", help="one section only")
     parser.add_argument("--schema", action="store_true", help="the JSON Schema of a settings file, for editors")
 

@@ -8,8 +8,8 @@ from typing import Any
 from console.cli.answer import add_command, add_out, answer, progress
 
 
-def add(places: Any) -> None:
-    parser = add_command(places, "slam", run, "a recording through the estimator, offline")
+def add(subcommands: Any) -> None:
+    parser = add_command(subcommands, "slam", run, "a recording through the estimator, offline")
     parser.add_argument(
         "log",
         metavar="LOG",

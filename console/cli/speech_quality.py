@@ -32,9 +32,12 @@ class SpeechReport:
         return {**(self.texts or {}), **({} if self.audio is None else {"audio": self.audio})}
 
 
-def add(places: Any) -> None:
+def add(subcommands: Any) -> None:
     parser = add_command(
-        places, "speech-quality", run, "how well speech survives the robot's hearing: OSQE and measures of the sound"
+        subcommands,
+        "speech-quality",
+        run,
+        "how well speech survives the robot's hearing: OSQE and measures of the sound",
     )
     parser.add_argument("--original", type=Path, metavar="A.txt", help="the text that was spoken")
     parser.add_argument("--person", type=Path, metavar="STT.txt", help="what the person's path wrote down")

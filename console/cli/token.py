@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 KINDS = {"start": "printed at a start", "link": "link", "file": "--token-file", "program": "program"}
 
 
-def add(places: Any) -> None:
-    parser = places.add_parser("token", help="keys for programs; who may sign in")
+def add(subcommands: Any) -> None:
+    parser = subcommands.add_parser("token", help="keys for programs; who may sign in")
     doings = parser.add_subparsers(dest="doing", metavar="DOING", required=True)
     adding = add_command(doings, "add", add_token, "make a fixed key for a program")
     adding.add_argument("name", metavar="NAME", help="of the program")

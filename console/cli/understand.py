@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from core.speech.understanding.grammar import Refusal
 
 
-def add(places: Any) -> None:
-    parser = add_command(places, "understand", run, "what a sentence would make the robot do, without a robot")
+def add(subcommands: Any) -> None:
+    parser = add_command(subcommands, "understand", run, "what a sentence would make the robot do, without a robot")
     parser.add_argument("words", nargs="+", metavar="TEXT")
     parser.add_argument("--spoken", action="store_true", help="judge it by the stricter bounds for speech")
 

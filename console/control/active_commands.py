@@ -62,7 +62,7 @@ class ActiveCommands:
         """When each was given [s]."""
         return [active.given for active in self._commands.values()]
 
-    def busy_above(self, sources: Container[str]) -> bool:
+    def busy_besides(self, sources: Container[str]) -> bool:
         """Return whether a goal is under way that came another way than these; an endless command has no goal."""
         return any(
             not spec_of(active.command.name).endless and active.source not in sources

@@ -126,13 +126,13 @@ class CommandDispatcher:
             return self._handle(command, words, source, who, said)
         if command.name == STOP_MOVING.name:
             self.setpoint_sender.stop()
-            self._tell("cancelled", Statement("stop.stopped_by", name=who.name), objected=True)
+            self._announce_end("cancelled", Statement("stop.stopped_by", name=who.name), objected=True)
         else:
             self.admit(command, words, source, who, said)
         entry = self._history.add("command", who, state="running", **row_of(command, words, source))
         self._hand_to_pilot(entry, command, who)
         if command.name != STOP_MOVING.name:
-            self._tell(
+            self._announce_end(
                 "pre-empted",
                 Statement("command.pre_empted", words=command.heard_as),
                 at=None if said is None else said.ended,
@@ -226,9 +226,9 @@ class CommandDispatcher:
         """Everything cancelled, zero speed; anyone signed in. A `press` that comes by two ways is recorded once."""
         self._stop_controller.stop(who, source, press)
 
-    def busy_above(self, sources: Container[str]) -> bool:
+    def busy_besides(self, sources: Container[str]) -> bool:
         """Return whether a hand drives, or a goal is under way that came another way than these."""
-        return self._jog is not None or self._active.busy_above(sources)
+        return self._jog is not None or self._active.busy_besides(sources)
 
     def halt(self, who: Person, source: str, press: int = 0) -> None:
         """The same, latched."""
@@ -332,7 +332,7 @@ class CommandDispatcher:
 
     def ended_without_pilot(self, why: str) -> None:
         """No pilot says it now: everything under way has failed, and a pilot that comes to itself hears so."""
-        self._tell("failed", why)
+        self._announce_end("failed", why)
         for number in self._active:
             self.setpoint_sender.revoke(number)
             self._history.end(number, "failed", why)
@@ -342,7 +342,7 @@ class CommandDispatcher:
 
     def cancel(self, state: Ending, why: str, *, objected: bool = False) -> None:
         """End the active command; it no longer drives from now on. `objected`: a person did not want it."""
-        self._tell(state, why, objected=objected)
+        self._announce_end(state, why, objected=objected)
         self._active.cancel()
         for number in self._active:
             self.setpoint_sender.revoke(number)
@@ -351,7 +351,7 @@ class CommandDispatcher:
 
     # steps of the above
 
-    def _tell(self, state: Ending, why: str, *, objected: bool = False, at: float | None = None) -> None:
+    def _announce_end(self, state: Ending, why: str, *, objected: bool = False, at: float | None = None) -> None:
         self.freshness.void(why, stop=objected, at=at)
         for tell in self.when_cancelled:
             tell(state, why, objected)
@@ -430,8 +430,11 @@ class CommandDispatcher:
 
     def _press(self, press: int, who: Person, now: float) -> None:
         """A hand that drives ends a goal; the goal does not resume."""
-        end = self.cancel if self._active else self._tell
-        end("pre-empted", Statement("command.by_hand", name=who.name))
+        by_hand = Statement("command.by_hand", name=who.name)
+        if self._active:
+            self.cancel("pre-empted", by_hand)
+        else:
+            self._announce_end("pre-empted", by_hand)
         if self._jog is not None and self._jog.press == press:
             self._jog.seen = now
             return

@@ -43,14 +43,14 @@ class PilotSupervisor:
         return self.thread.pace if self.thread is not None else PilotPace()
 
     @property
-    def steps(self) -> bool:
+    def is_stepping(self) -> bool:
         """True while the pilot runs and is not caught in a step."""
-        return self.thread is not None and self.thread.steps
+        return self.thread is not None and self.thread.is_stepping
 
     @property
     def hangs(self) -> bool:
         """True while the pilot is caught in a step."""
-        return self.thread is not None and self.thread.alive and not self.thread.steps
+        return self.thread is not None and self.thread.alive and not self.thread.is_stepping
 
     @property
     def trouble(self) -> str:

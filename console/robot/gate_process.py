@@ -55,12 +55,12 @@ class GateProcess:
         """Without waiting → whether it is on its way."""
         return send_packet(self.requests, packet)
 
-    def read(self) -> tuple[list[GateStatus], bool]:
-        """Take the gate's messages, without waiting, and check that it is still there."""
+    def read(self) -> tuple[GateStatus | None, bool]:
+        """Take the gate's messages, without waiting → the newest, and whether the gate is still there."""
         packets, there = take_packets(self.requests)
         if packets:
             self.heard, self.started = time.monotonic(), True
-        return [GateStatus.of_packet(packet) for packet in packets[-1:]], there
+        return GateStatus.of_packet(packets[-1]) if packets else None, there
 
     def end(self, patience: float) -> None:
         """Through zero and away, by force after `patience` [s]."""

@@ -114,7 +114,7 @@ class PilotThread:
         return self._thread.is_alive() and not self._over.is_set()
 
     @property
-    def steps(self) -> bool:
+    def is_stepping(self) -> bool:
         """True while it goes on, rather than being caught in a step."""
         hung = HUNG_SIMULATED_S if self._robot.profile.simulated else HUNG_S
         return self.alive and time.monotonic() - self._turned < hung

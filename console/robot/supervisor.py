@@ -351,9 +351,8 @@ class RobotSupervisor:
     def _hear_gate(self) -> None:
         if self._gate is None:
             return
-        statuses, there = self._gate.read()
-        if statuses:
-            self._status = statuses[-1]
+        status, there = self._gate.read()
+        self._status = status or self._status
         if not there:
             self._ended("The gate has ended.", driver=False)
 
@@ -429,5 +428,5 @@ class RobotSupervisor:
 
 
 def reason_of(trouble: OSError | MemoryError) -> str:
-    """Return the lacks of the system, in words."""
+    """Return what the system lacks, in words."""
     return (trouble.strerror if isinstance(trouble, OSError) else "") or "not enough memory"

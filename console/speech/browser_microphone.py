@@ -109,7 +109,7 @@ class TalkTurn:
         self.news.clear()
         return samples, start
 
-    def late(self, end: float) -> float:
+    def delay_since(self, end: float) -> float:
         """How long ago [s] sound that ended at `end` [s] of the browser's clock arrived."""
         return max(0.0, time.monotonic() - (end - self._lead))
 
@@ -213,4 +213,4 @@ class BrowserMicrophone(Part):
         """Words with the button held were surely meant for the robot: those that are no command are said back."""
         for one in heard:
             utterance = replace(one, decision=said_back(one.decision, self._names)) if turn.mode == "held" else one
-            turn.hear(utterance, turn.late(one.end))
+            turn.hear(utterance, turn.delay_since(one.end))

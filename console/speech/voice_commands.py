@@ -47,9 +47,10 @@ class VoiceCommands(WordListener, Part):
         if not who.may("operator"):
             raise Problem(403, Statement("speech.viewers_watch"))
         try:
-            self._lease.acquire(who, time.monotonic()) if self._lease.held_by(who) else self._dispatcher.change_lease(
-                "acquire", who
-            )
+            if self._lease.held_by(who):
+                self._lease.acquire(who, time.monotonic())
+            else:
+                self._dispatcher.change_lease("acquire", who)
         except Refused as refused:
             raise Problem(409, str(refused)) from None
         self.operator = who
@@ -75,7 +76,7 @@ class VoiceCommands(WordListener, Part):
         if not self._lease.held_by(self.operator):
             self.release()
             return Statement("speech.no_longer_accepted")
-        busy = not self.at_console and self._dispatcher.busy_above(SPOKEN_SOURCES)
+        busy = not self.at_console and self._dispatcher.busy_besides(SPOKEN_SOURCES)
         return HIGHER if busy else ""
 
     def _take(self, decision: Decision, said: Spoken) -> HistoryEntry | PendingCommand:

@@ -72,7 +72,7 @@ def seen(rng: np.random.Generator, model: CameraModel, poses: Poses, board: Boar
 def picture(
     rng: np.random.Generator, model: CameraModel, poses: Poses, board: Board, exposure: ImageExposure | None = None
 ) -> Array:
-    """The first of the poses as a grey picture (H, W) uint8; every pixel collects SAMPLES x SAMPLES rays."""
+    """The first of the poses as a grey picture (H, W) uint8; a pixel collects RAYS_PER_PIXEL**2 rays."""
     exposure = exposure or ImageExposure()
     rotation, translation = poses.rotations[0], poses.translations[0]
     height, width = model.height, model.width

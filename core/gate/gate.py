@@ -53,8 +53,8 @@ class Nonces:
 MAX_REMEMBERED_PRESSES = 4096
 
 
-class InputIds:
-    """One present press per source; what was stopped, replaced or overridden never counts again."""
+class Presses:
+    """One present press, of a key or a goal, per source; what was stopped, replaced or overridden never counts."""
 
     def __init__(self, over: Iterable[tuple[str, int]] = ()) -> None:
         self._present: dict[str, int] = {}
@@ -121,7 +121,7 @@ class Gate:
         self._refused = ""
         self._nonces = Nonces(first_nonce, limits.nonce_age)
         self._last_seq: dict[str, int] = {}
-        self._presses = InputIds(spent)
+        self._presses = Presses(spent)
         self._need_neutral = True
         self._trips = 0
         self._ticked: float | None = None

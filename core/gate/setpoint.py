@@ -17,7 +17,7 @@ class Setpoint:
     epoch: int  # of the lease under which it was given
     seq: int  # rises within an epoch and source
     source: Source  # jog: a hand on keys or stick; goal: a command under way
-    press: int  # jog: a number drawn with every key press; goal: the active command's id
+    press: int  # what it belongs to: of a jog the number drawn with every key press, of a goal the command's id
     v: float  # [m/s]
     w: float  # [rad/s]
     nonce: int  # the newest nonce of the gate that its sender had seen

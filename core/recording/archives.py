@@ -12,7 +12,7 @@ from core.recording.npz import Archive
 from core.recording.odometry_checks import believable_track
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, Recording, ScanRecording, SightingRecording, stamped
-from core.recording.scans import in_time_order, make_scan, scan_recording, spread
+from core.recording.scans import default_angles, in_time_order, make_scan, scan_recording
 from core.recording.sightings import MOST_ROWS, Ids, SightingSteps, grouped
 from core.sensors import Scan
 from core.slam.motion import Increment, MotionSettings, steered
@@ -128,7 +128,7 @@ def _scan_set(archive: Archive, settings: LogSettings) -> ScanRecording:
     limits = (0.0, settings.range_max or MAX_RANGE_M)
     for number, (stamp, row) in enumerate(zip(times.tolist(), ranges, strict=True)):
         try:
-            scans.append(make_scan(stamp, row, spread(max(1, ranges.shape[1])), limits))
+            scans.append(make_scan(stamp, row, default_angles(max(1, ranges.shape[1])), limits))
             used.append(number)
             tally.read += 1
         except BadRecord as problem:

@@ -21,7 +21,7 @@ from core.recording.clocks import StampedStream, evenly_spread, seconds_per_unit
 from core.recording.odometry_checks import believable_track
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording, stamped
-from core.recording.scans import in_time_order, make_scan, scan_recording, spread
+from core.recording.scans import default_angles, in_time_order, make_scan, scan_recording
 from core.recording.source import TextLog
 from core.sensors import Scan
 from core.sensors.scan_gate import RangeUnit
@@ -128,10 +128,10 @@ class _Carmen:
     def _spread(self, beams: int) -> tuple[float, float]:
         """Beams of a FLASER record → (angle_min, angle_step) [rad], by the header where it says their field."""
         if self._field is None or beams < 2:
-            return spread(max(beams, 1))
+            return default_angles(max(beams, 1))
         around = self._field > math.tau - BEARING_MARGIN_RAD
         half, apart = (
-            spread(beams)
+            default_angles(beams)
             if abs(self._field - math.pi) < BEARING_MARGIN_RAD
             else (-self._field / 2, self._field / (beams if around else beams - 1))
         )

@@ -15,7 +15,7 @@ from core.errors import BadInput
 from core.recording.clocks import seconds_per_unit
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording
-from core.recording.scans import make_scan, scan_recording, spread
+from core.recording.scans import default_angles, make_scan, scan_recording
 from core.recording.source import TextLog
 from core.sensors import Scan
 
@@ -75,7 +75,7 @@ class JsonScan(msgspec.Struct, frozen=True):
         if self.start_angle is not UNSET:
             start, end = _or(self.start_angle, math.nan), _or(self.end_angle, math.nan)
             return start, (end - start) / max(1, beams - 1)
-        return spread(beams)
+        return default_angles(beams)
 
 
 def read_json_scan(text: str | bytes, range_max: float) -> Scan | None:

@@ -37,7 +37,7 @@ MIN_KEPT_SHARE = 0.45  # of the scans that a log must have a time for
 DEFAULT_RANGE = 100.0  # [m] taken for range_max where a log does not give it
 
 
-def spread(beams: int) -> tuple[float, float]:
+def default_angles(beams: int) -> tuple[float, float]:
     """Beams over 180° whose angles are not given → (angle_min, angle_step) [rad].
 
     181, 361, … beams stand on both ends (-90° … +90°); any other number n stands every 180°/n from -90° on.

@@ -335,7 +335,7 @@ def test_what_the_pilot_refuses_stands_in_the_history_and_is_not_under_way(
     assert answer.status == 409 and "looks for its place" in answer.json["detail"]
     newest = live.ask("GET", "/api/commands/history", token=live.viewer).json["commands"][0]
     assert (newest["state"], newest["remark"]) == ("refused", "Not now: the robot looks for its place.")
-    assert not live.runtime.dispatcher.busy_above(())
+    assert not live.runtime.dispatcher.busy_besides(())
 
 
 def test_state_has_the_keys_that_others_build_on(live: Live) -> None:

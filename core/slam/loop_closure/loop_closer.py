@@ -180,7 +180,7 @@ class LoopCloser:
                 yield
 
     def _bases(self, view: Keyframe) -> list[Keyframe]:
-        """The nearest view of every other submap around, at most SUBMAPS; none where a link is known or undone."""
+        """The nearest view of each of at most MAX_SUBMAPS submaps around; none where a link is known or undone."""
         graph, poses = self._graph, self._graph.pose_array()
         gaps = np.hypot(*(poses[:, :2] - poses[view.id, :2]).T)
         around = np.flatnonzero(gaps < self.settings.near)

@@ -36,8 +36,7 @@ def filters() -> Array:
     """Mel filters (80, 201) of Slaney's Auditory Toolbox: linear below 1 kHz, of equal area."""
     edges = _hertz(np.linspace(0.0, _mel(RATE_HZ / 2), MEL_BANDS + 2))
     bins = np.arange(WINDOW_SAMPLES // 2 + 1) * RATE_HZ / WINDOW_SAMPLES
-    slopes = (bins - edges[:, None]) / np.diff(edges)[np.minimum(np.arange(MEL_BANDS + 2), MEL_BANDS), None]
-    rising = slopes[:-2]
+    rising = (bins - edges[:-2, None]) / np.diff(edges)[:-1, None]
     falling = (edges[2:, None] - bins) / np.diff(edges)[1:, None]
     shape = np.maximum(0.0, np.minimum(rising, falling))
     return (shape * (2.0 / (edges[2:] - edges[:-2]))[:, None]).astype(np.float32)

@@ -119,7 +119,7 @@ class CalibrationHome extends WizardStep {
       const report = inUse?.[kind] ?? null;
       write(card.used, report ? inWords(kind, report) : NOTHING[kind]);
       card.used.toggleAttribute("data-some", report !== null);
-      card.start.hidden = card.undo.hidden = !may;
+      card.start.hidden = !may;
       card.undo.hidden = !may || report === null;
       card.report.hidden = report === null;
       write(card.why, may ? "" : t("calibration-home.you_are_watching_only_an_operator"));

@@ -228,8 +228,8 @@ def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path, monkeypatc
         report = await bench.accept(session, force=False, who="operator")
         assert report["fx"] == pytest.approx(before["solution"]["fx"]) and bench.active.camera is not None
         await session.act(DropView(before["views"][0]["name"]))
-        assert session.solver is not None
-        await session.solver
+        assert session.solving_task is not None
+        await session.solving_task
         assert session.shown.solution is not None and session.shown.solving is None
         assert session.shown.solution["views_used"] == before["solution"]["views_used"] - 1
         with pytest.raises(Refused, match="all these views already"):

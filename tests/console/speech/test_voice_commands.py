@@ -82,7 +82,7 @@ def newest(live: Live) -> dict[str, Any]:
 @pytest.fixture
 def spoken(live: Live) -> Any:
     live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
-    live.until(lambda: not live.runtime.dispatcher.busy_above(()))
+    live.until(lambda: not live.runtime.dispatcher.busy_besides(()))
     yield live.runtime.parts[VoiceCommands]
     live.ask("POST", "/api/stop", token=live.operator)
     live.ask("POST", "/api/hearing", {"listen": False}, token=live.operator)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from core.gate import Gate, Limits, Setpoint
-from core.gate.gate import MAX_REMEMBERED_PRESSES, InputIds
+from core.gate.gate import MAX_REMEMBERED_PRESSES, Presses
 from core.gate.setpoint import Source
 from core.gate.status import EXPIRED, TOO_BUSY, GateStatus
 from tests.core.gate.bench import Bench, motion_after
@@ -481,7 +481,7 @@ def test_every_stop_is_seen_in_the_status_with_a_new_nonce(bench: Bench, stop: C
 
 
 def test_what_was_stopped_is_remembered_within_bounds() -> None:
-    presses = InputIds()
+    presses = Presses()
     for press in range(3 * MAX_REMEMBERED_PRESSES):
         presses.refuse("jog", press)
     assert presses.begin("jog", 0)
