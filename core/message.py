@@ -6,9 +6,16 @@ from typing import Any, TypeVar, dataclass_transform
 import numpy as np
 from numpy.typing import NDArray
 
+from core.sentences import plain
+
 Array = NDArray[Any]
 
 T = TypeVar("T")
+
+
+def listed(value: Any) -> Any:
+    """Numbers and arrays of numpy, and sentences → what `msgspec` can write. Raises NotImplementedError."""
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else plain(value)
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, eq_default=False)

@@ -121,6 +121,7 @@ def _result(seed: int, out: Path | None, done: list[CalibrationErrors]) -> Table
     wanted, shown = len(done), sum(one["boards_shown"] for one in done)
     off = np.array([[one["errors"][name] for name in PARAMETERS[:8]] for one in done])
     stated = np.array([[one["sds"][name] for name in PARAMETERS[:8]] for one in done])
+    within = np.abs(off) < 2 * stated
     result: Table3 = {
         "runs": wanted,
         "seed": seed,
@@ -128,8 +129,8 @@ def _result(seed: int, out: Path | None, done: list[CalibrationErrors]) -> Table
         "boards_found_share": wanted * VIEWS_PER_RUN / shown,
         "rms_px": first[0].rms,
         "table": table(first[0]),
-        "within_two_sds": {name: float(share) for name, share in zip(PARAMETERS, _within(off, stated), strict=False)},
-        "within_two_sds_pooled": float(np.mean(np.abs(off) < 2 * stated)),
+        "within_two_sds": dict(zip(PARAMETERS, within.mean(axis=0).tolist(), strict=False)),
+        "within_two_sds_pooled": float(within.mean()),
         "nees_mean": float(np.mean([one["nees"] for one in done])),
         "mean_three_sds": dict(zip(PARAMETERS, (3 * stated.mean(axis=0)).tolist(), strict=False)),
         "scatter": dict(zip(PARAMETERS, off.std(axis=0).tolist(), strict=False)),
@@ -213,8 +214,3 @@ def save(out: Path, result: Table3, calibration: Calibration, captured: Captured
         result["not_drawn"] = str(missing)
         return {}
     return save_all(out, figures)
-
-
-def _within(off: Array, sds: Array) -> Array:
-    """Errors and standard deviations (R, 8) → share of runs (8,) within two standard deviations."""
-    return np.mean(np.abs(off) < 2 * sds, axis=0)

@@ -29,6 +29,7 @@ from core.experiments.plan import ExperimentPlan
 from core.experiments.result import ExperimentResult, SpeedUp
 from core.experiments.workers import Workers, killed, timed, versions
 from core.files import saving
+from core.message import listed
 
 BOOKKEEPING_KEYS = ("number", "done", "of", "seconds")  # of every line, before the answer's own keys
 ANSWER = "answer"  # the key of an answer without keys
@@ -52,7 +53,7 @@ class RunLog:
         """A run is done, and took that much processor time. Raises Unwritable."""
         self.answers[number] = answer
         if self._file is not None:
-            kept = msgspec.to_builtins(answer, enc_hook=_listed)
+            kept = msgspec.to_builtins(answer, enc_hook=listed)
             line = {"number": number, "done": len(self.answers), "of": self._plan.count, "seconds": seconds}
             self._write(line | (kept if isinstance(kept, dict) else {ANSWER: kept}))
 
@@ -155,13 +156,6 @@ def _described(value: Any) -> object:
     if isinstance(value, np.ndarray):
         return hashlib.sha256(value.tobytes()).hexdigest()
     return getattr(value, "__qualname__", None) or repr(value)
-
-
-def _listed(value: Any) -> Any:
-    """Numbers of numpy in an answer as JSON, from which they can be made again to the last digit."""
-    if isinstance(value, (np.ndarray, np.generic)):
-        return value.tolist()
-    raise NotImplementedError(type(value))
 
 
 def _array(kind: type, value: Any) -> Any:

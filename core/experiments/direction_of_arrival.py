@@ -260,10 +260,6 @@ def summary(done: Sequence[DirectionTrial]) -> dict[str, EstimatorTotals]:
     }
 
 
-def _cell(one: DirectionTrial) -> str:
-    return f"{one.array} rt60 {one.rt60:g} s {one.noise} {one.ratio:g} dB"
-
-
 def _figures_by(done: Sequence[DirectionTrial], key: Callable[[DirectionTrial], str]) -> dict[str, DirectionFigures]:
     return {name: figures(some) for name, some in grouped(done, key).items()}
 
@@ -286,8 +282,11 @@ def _result(seed: int, out: Path | None, rooms: list[RoomTrials]) -> DirectionRe
         "estimators": totals,
         "files": {},
     }
-    by_estimator = grouped(done, lambda one: one.estimator)
-    whole: DirectionCells = {**result, "cells": {name: _figures_by(own, _cell) for name, own in by_estimator.items()}}
+    cells = {
+        name: _figures_by(own, lambda one: f"{one.array} rt60 {one.rt60:g} s {one.noise} {one.ratio:g} dB")
+        for name, own in grouped(done, lambda one: one.estimator).items()
+    }
+    whole: DirectionCells = {**result, "cells": cells}
     result["files"] = stored(whole, out, "direction", {"csv": ("direction.csv", as_csv(rows_of(done)))})["files"]
     return result
 

@@ -312,14 +312,11 @@ def serial_share(gains: dict[str, float]) -> float | None:
     return float(np.clip(np.mean(shares), 0.0, 1.0)) if shares else None
 
 
-def _named(count: str) -> str:
-    return "1 worker" if count == "1" else f"{count} workers"
-
-
 def table(result: ParallelResult) -> list[str]:
     """Steps down, workers across; the reason under every step."""
     counts = list(result["starts_s"])
-    lines = [f"{'':34}{'parts':>6}" + "".join(f"{_named(count):>31}" for count in counts) + f"{'serial':>9}"]
+    named = ("1 worker" if count == "1" else f"{count} workers" for count in counts)
+    lines = [f"{'':34}{'parts':>6}" + "".join(f"{one:>31}" for one in named) + f"{'serial':>9}"]
     for step in result["steps"]:
         cells = "".join(
             f"{one['seconds']:9.2f} s{one['speed_up']:7.2f} x ({one['speed_up_by_work']:.2f} x)"

@@ -88,7 +88,8 @@ def _result(
     for point, plan in zip(points, plans, strict=True):
         of_point = [one for part in answers[begin : begin + len(plan.batches)] for one in part]
         begin += len(plan.batches)
-        result = plan.finish(of_point, None if out is None else out / _folder(point))
+        folder = UNFIT_FOR_NAMES.sub("_", ",".join(f"{name}={value}" for name, value in point.items()))[:200]
+        result = plan.finish(of_point, None if out is None else out / folder)
         figures = {key: figure_at(result, key) for key in EXPERIMENTS[name].about.swept}
         rows.append({"settings": point, "figures": figures, "files": result["files"]})
     result: SweepResult = {
@@ -118,7 +119,3 @@ def _short(keys: Sequence[str]) -> list[str]:
     while parts and all(len(one) > 1 and one[0] == parts[0][0] for one in parts):
         parts = [one[1:] for one in parts]
     return [".".join(one) for one in parts]
-
-
-def _folder(point: Mapping[str, Any]) -> str:
-    return UNFIT_FOR_NAMES.sub("_", ",".join(f"{name}={value}" for name, value in point.items()))[:200]

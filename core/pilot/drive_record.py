@@ -2,12 +2,11 @@
 
 import hashlib
 from collections.abc import Iterable
-from typing import Any
 
 import msgspec
 import numpy as np
 
-from core.message import Array
+from core.message import Array, listed
 from core.perception.landmarks.edges import ImageEdge
 from core.pilot.trail import NO_POINTS
 from core.recording.frame_record import (
@@ -26,7 +25,6 @@ from core.recording.frame_record import (
 from core.robots import Profile
 from core.robots.profile_json import profile_from_json, profile_to_json
 from core.sensors import SensorFrame
-from core.sentences import Statement, plain
 from core.slam.estimate import Landmark
 from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
@@ -95,13 +93,7 @@ def _act_again(act: TakenAct) -> PilotAct:
 
 
 def _built(value: object) -> dict[str, object]:
-    return msgspec.to_builtins(value, enc_hook=_plain)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Statement):
-        return plain(value)
-    return value.tolist() if isinstance(value, np.ndarray | np.generic) else float(value)
+    return msgspec.to_builtins(value, enc_hook=listed)
 
 
 def _numbers(values: Array) -> tuple[float, ...]:

@@ -1,6 +1,7 @@
 """Seeing: from a frame's raw readings to points, corners, edges and sightings."""
 
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -191,14 +192,7 @@ class LandmarkPerception:
         beams = Beams(ends=ends, hits=hits, viewpoint=laser.mounting)
         self._points, self._points_stamp = beams.points, stamp
         if fresh and self.view is not None:
-            self.view = CameraView(
-                stamp=self.view.stamp,
-                width=self.view.width,
-                height=self.view.height,
-                edges=edges,
-                laser=self.view.laser,
-                quality=self.view.quality,
-            )
+            self.view = replace(self.view, edges=edges)
         gated = self._settings.edges.edge_required and self.camera is not None
         return FramePerception(
             beams=beams,

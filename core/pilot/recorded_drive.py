@@ -104,8 +104,7 @@ class AsRecorded:
 
         Of a moment that is not, no picture and no scan is decoded.
         """
-        record = moment.record
-        results = None if record is None else record.results
+        results = moment.results
         if results is None:
             return None
         for one in moment.others:
@@ -225,8 +224,7 @@ class ComputedNow:
 
     def _held(self, moment: DriveMoment, used: Profile) -> BegunDrive:
         """Return what the pilot of that day held, in the newest map that was kept. Raises BadInput: it is damaged."""
-        results = None if moment.record is None else moment.record.results
-        kept = self._drive.latest(WHOLE_MAP, self.since + MAP_DELAY_S)
+        results, kept = moment.results, self._drive.latest(WHOLE_MAP, self.since + MAP_DELAY_S)
         if kept is None or results is None:
             return BegunDrive(used=used)
         content = decode(kept, kept.kind).data.tobytes()
@@ -239,10 +237,9 @@ class ComputedNow:
 
     def _found(self, moment: DriveMoment, pose: Pose) -> Pose:
         """Return where the computed world lies in the recorded one: the robot stood at one place."""
-        results = None if moment.record is None else moment.record.results
-        if results is None or self.whole or self.resumed:
+        if moment.results is None or self.whole or self.resumed:
             return Pose()
-        return Pose(*results.pose) @ pose.inverse()
+        return Pose(*moment.results.pose) @ pose.inverse()
 
     @property
     def recorded_from_computed(self) -> Pose:
@@ -266,8 +263,7 @@ class Comparer:
 
     def compare(self, moment: DriveMoment, recorded: Snapshot, computed: Snapshot, drawn: Pose) -> Comparison:
         """Compare two snapshots of one moment; `drawn`: recorded_from_computed."""
-        results = None if moment.record is None else moment.record.results
-        computed_pose = computed.estimate.pose
+        results, computed_pose = moment.results, computed.estimate.pose
         there = drawn @ computed_pose
         here = recorded.estimate.pose
         apart = here.distance_to(there.x, there.y)
@@ -313,7 +309,7 @@ def seen_from_computed(comparison: Comparison, recorded: Snapshot, drawn: Pose) 
 def landmarks_with(drive: DriveRecording, grid: Envelope) -> tuple[Landmark, ...]:
     """The landmarks that were written with a map."""
     moment = drive.moment_of(grid)
-    results = None if moment is None or moment.record is None else moment.record.results
+    results = None if moment is None else moment.results
     return () if results is None or results.landmarks is None else landmarks_of(results.landmarks)
 
 

@@ -73,10 +73,10 @@ class ReplayedSightings(PlayedRecording):
 
     def _estimate_until(self, deadline: float) -> None:
         """Take every step up to the goal, or until the time is over."""
-        step: SightingStep | None = None
-        while not self._ended and self._due <= self._goal:
+        step, start = None, self._recording.start
+        while not self._ended and self._recording.steps[self._next].stamp - start <= self._goal:
             if step is not None and time.monotonic() > deadline:
-                self._clock = step.stamp - self._recording.start
+                self._clock = step.stamp - start
                 break
             step = self._recording.steps[self._next]
             self._take(step)
@@ -92,11 +92,6 @@ class ReplayedSightings(PlayedRecording):
         self._by_wheels = self._by_wheels @ step.increment.pose
         self._trail.add(self._slam.pose.x, self._slam.pose.y)
         self._drifted.add(self._by_wheels.x, self._by_wheels.y)
-
-    @property
-    def _due(self) -> float:
-        """When the next step is due [s] from the start."""
-        return self._recording.steps[self._next].stamp - self._recording.start
 
     def _velocity(self, step: SightingStep) -> Twist:
         """Over the step that was taken last."""

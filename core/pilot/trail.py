@@ -51,11 +51,9 @@ class Trail:
 class MapTrail:
     """The same along the estimated way: its points move with the map when that is straightened."""
 
-    def __init__(self, step: float = 0.02, most: int = 2000) -> None:
-        self._step, self._most = step, most
-        self._stands: list[AnchoredPose] = []
-        self._points: list[tuple[float, float]] = []
-        self._array = NO_POINTS
+    def __init__(self) -> None:
+        self._trail = Trail()
+        self._stands: list[AnchoredPose] = []  # of its points
         self._revision = 0  # of the map
 
     def add(self, floor: Mapper) -> Array:
@@ -63,15 +61,10 @@ class MapTrail:
         if self._revision != floor.graph.revision:
             self._revision = floor.graph.revision
             poses = [floor.where(stand) for stand in self._stands]
-            self._points = [(pose.x, pose.y) for pose in poses]
-            self._array = frozen(np.array(self._points).reshape(-1, 2))
-        pose = floor.estimate.pose
-        if self._points and np.hypot(pose.x - self._points[-1][0], pose.y - self._points[-1][1]) < self._step:
-            return self._array
-        self._stands.append(floor.anchored_pose)
-        self._points.append((pose.x, pose.y))
-        if len(self._points) > self._most:
-            self._stands, self._points = self._stands[::2], self._points[::2]
-            self._step *= 2
-        self._array = frozen(np.array(self._points))
-        return self._array
+            self._trail.follow(np.array([(pose.x, pose.y) for pose in poses]).reshape(-1, 2))
+        before, pose = self._trail.points, floor.estimate.pose
+        points = self._trail.add(pose.x, pose.y)
+        if points is not before:
+            self._stands.append(floor.anchored_pose)
+            self._stands = self._stands[:: 1 if len(points) == len(self._stands) else 2]
+        return points

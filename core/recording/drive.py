@@ -20,7 +20,7 @@ from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array
 from core.recording import frame_record
-from core.recording.frame_record import FRAME, FrameRecord
+from core.recording.frame_record import FRAME, FrameRecord, ResultRecord
 from core.recording.mcap_chunks import McapChunks
 from core.recording.mcap_file import HEAD, MAGIC
 from core.recording.mcap_writing import BROKEN_RECORD
@@ -75,6 +75,11 @@ class DriveMoment:
     def light_frame(self) -> SensorFrame:
         """The frame without ranges, pictures and samples."""
         return self.frame if self.record is None else self.record.frame(None, None, None)
+
+    @property
+    def results(self) -> ResultRecord | None:
+        """The results of that day, as numbers; None where nothing was computed then."""
+        return None if self.record is None else self.record.results
 
     @property
     def others(self) -> tuple[Envelope, ...]:

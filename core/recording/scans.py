@@ -141,7 +141,10 @@ def without_walls_at_the_end(scans: list[Scan], tally: ReadReport, settings: Log
     at_the_end = exact or top > MIN_MARK_RANGE * typical.range_max
     if share > MIN_MARK_SHARE and crowded and at_the_end and not settings.range_max:
         tally.fault("scan.no_return_mark", "the laser", used=True, share=f"{100 * share:.0f}", range=f"{top:.2f}")
-        scans = [_without_mark(scan, (1 - MARK_BAND) * top) for scan in scans]
+        far, nothing = (1 - MARK_BAND) * top, np.float32(np.inf)
+        scans = [
+            replace(scan, ranges=np.where(scan.ranges > far, nothing, scan.ranges), range_max=far) for scan in scans
+        ]
     return scans
 
 
@@ -166,11 +169,6 @@ def without_standing_beams(scans: list[Scan], tally: ReadReport) -> list[Scan]:
         else scan
         for scan in scans
     ]
-
-
-def _without_mark(scan: Scan, top: float) -> Scan:
-    """The scan with nothing there from the range `top` [m] on."""
-    return replace(scan, ranges=np.where(scan.ranges > top, np.float32(np.inf), scan.ranges), range_max=top)
 
 
 def laser_of(scans: list[Scan], mounting: Pose, height: float, settings: LogSettings) -> Laser:

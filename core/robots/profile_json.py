@@ -1,17 +1,16 @@
 """A robot's profile as JSON, every number to the last bit: how a recording keeps the robot that made it."""
 
-from typing import Any
-
 import msgspec
 import numpy as np
 
 from core.errors import BadInput
+from core.message import listed
 from core.robots import Profile
 
 
 def profile_to_json(profile: Profile) -> bytes:
     """The profile in one piece."""
-    return msgspec.json.encode(profile, enc_hook=_plain)
+    return msgspec.json.encode(profile, enc_hook=listed)
 
 
 def profile_from_json(content: bytes) -> Profile:
@@ -20,11 +19,3 @@ def profile_from_json(content: bytes) -> Profile:
         return msgspec.json.decode(content, type=Profile, dec_hook=lambda _, value: np.array(value, float))
     except (msgspec.MsgspecError, ValueError) as trouble:
         raise BadInput(f"The robot's description in the recording cannot be used: {trouble}") from None
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
-    raise TypeError(f"{type(value).__name__} has no place in a profile")

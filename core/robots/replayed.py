@@ -148,7 +148,8 @@ class ReplayedRobot(PlayedRecording):
         if self._playing and self._ended:
             self._playing, self._notes = False, (*self._notes, "The recording ends here.")
         elif self._playing and not self._due:
-            self._clock = min(self._clock + self._speed / self._profile.rate, self._end)
+            end = self._recording.start + self._recording.duration
+            self._clock = min(self._clock + self._speed / self._profile.rate, end)
         scan = self._recording.scan(self._next) if self._playing and self._due else None
         self._next += scan is not None
         if self._playing:
@@ -212,10 +213,6 @@ class ReplayedRobot(PlayedRecording):
         """The speed at which every frame carries a scan, in times the speed of life."""
         scans = len(self._recording.scans)
         return self._profile.rate * self._recording.duration / (scans - 1) if scans > 1 else MAX_PLAYBACK_SPEED
-
-    @property
-    def _end(self) -> float:
-        return self._recording.start + self._recording.duration
 
     @property
     def _due(self) -> bool:

@@ -171,10 +171,7 @@ class ZenohRobot(RosDevice):
         self._arrived.extend([time.monotonic()] * min(fresh, LIVELY_MESSAGES))
         if sensors is not None:
             for topic, payload, publisher in arrived:
-                self._hand_on(sensors, topic, payload, publisher)
-
-    def _hand_on(self, sensors: RosSensors, topic: str, payload: bytes, publisher: str) -> None:
-        sensors.take(topic, payload, publisher)
+                sensors.take(topic, payload, publisher)
 
     def _is_silent(self) -> bool:
         """Return whether a robot that has sent many messages sends none any more."""

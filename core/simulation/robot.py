@@ -39,10 +39,15 @@ from core.simulation.actors.pedestrians import Pedestrians
 from core.simulation.actors.requests import BOARD, HOLDER, pose_asked_for, thing_asked_for
 from core.simulation.actors.speakers import Speakers
 from core.simulation.camera import SimulatedCamera
-from core.simulation.differential_drive import DifferentialDrive
+from core.simulation.differential_drive import (
+    DifferentialDrive,
+    EncoderWheels,
+    PaperWheels,
+    PerfectWheels,
+    SimulatedWheels,
+)
 from core.simulation.laser import SimulatedLaser
 from core.simulation.settings import LASER_NOISE, SimulationSettings
-from core.simulation.wheels import EncoderWheels, PaperWheels, PerfectWheels, SimulatedWheels
 from core.simulation.world import World, world_named
 
 POSE_MEMORY_S = 0.3  # for which poses are kept: longer than a turn of the mirror

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from core.geometry import Pose
-from core.simulation.wheels import EncoderWheels, PaperWheels, PerfectWheels, SimulatedWheels
+from core.simulation.differential_drive import EncoderWheels, PaperWheels, PerfectWheels, SimulatedWheels
 
 STEP = 0.025  # [s]
 
