@@ -13,11 +13,9 @@ from typing import Literal, NotRequired, TypedDict
 import numpy as np
 
 from core.errors import BadInput
-from core.experiments.course_draws import Field, frozen
-from core.experiments.drawn_drives import DrawnDrives, drawn_drives
-from core.experiments.drives import DriveSetup
+from core.experiments.drives import DrawnDrives, DriveSetup, LabDrives, drawn_drives, lab_drives
 from core.experiments.figures.figure_16 import Panel, figure_16
-from core.experiments.lab_drives import LabDrives, lab_drives
+from core.experiments.paper_course import Field, frozen
 from core.experiments.plan import About, ChapterValue, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, FileContents, as_csv, stored
 from core.message import Array, message

@@ -10,8 +10,8 @@ from typing import TypedDict
 
 import numpy as np
 
-from core.experiments.course_traces import mapped
 from core.experiments.figure_16_conditions import FAIR_CONDITIONS, FORM, PAPER_ERROR_M, ROOM, Condition, limit
+from core.experiments.paper_course import mapped
 from core.experiments.plan import About, ChapterValue, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.message import message

@@ -24,8 +24,7 @@ import numpy as np
 from scipy.special import ellipe
 
 from core.errors import BadInput
-from core.experiments.course_draws import MAX_RANGE_M, Draws, Field, Run, frozen
-from core.experiments.course_traces import followed, mapped, reckoned
+from core.experiments.paper_course import MAX_RANGE_M, Draws, Field, Run, followed, frozen, mapped, reckoned
 from core.experiments.plan import About, ChapterValue, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.message import Array, message

@@ -26,9 +26,8 @@ from core.calibration.board.chessboard import find_board
 from core.calibration.camera.intrinsics import ViewCorners, calibrate
 from core.calibration.practice import held, picture
 from core.experiments.camera_table import BOARD
-from core.experiments.course_draws import Draws, Run
-from core.experiments.course_traces import mapped
 from core.experiments.direction_of_arrival import ARRAYS
+from core.experiments.paper_course import Draws, Run, mapped
 from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ, make_scene

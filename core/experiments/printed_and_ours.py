@@ -13,8 +13,7 @@ import msgspec
 
 from core.errors import Unavailable
 from core.experiments.dead_reckoning_vs_slam import DriveOutcome, drive_rows, outcome
-from core.experiments.drives import FIGURED, PLAIN
-from core.experiments.lab_drives import lab_drives
+from core.experiments.drives import FIGURED, PLAIN, lab_drives
 from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.experiments.table_2 import TrialRow, trial_of

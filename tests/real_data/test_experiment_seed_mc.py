@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from console.__main__ import main
-from core.experiments.course_draws import Draws
+from core.experiments.paper_course import Draws
 
 pytestmark = pytest.mark.real_data
 

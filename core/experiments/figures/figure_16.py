@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from core.experiments.course_traces import Trace
 from core.experiments.drives import DriveSurroundings
 from core.experiments.figures.drawing import SOFT, TEXT, render
+from core.experiments.paper_course import Trace
 from core.message import Array
 
 if TYPE_CHECKING:

@@ -14,10 +14,8 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
-from core.experiments import EXPERIMENTS, lab_drives
-from core.experiments.course_draws import Draws
-from core.experiments.course_traces import mapped, reckoned
-from core.experiments.paper_course import CONTROL_UPDATES, UPDATES_PER_SIGHTING, paper_course
+from core.experiments import EXPERIMENTS, drives
+from core.experiments.paper_course import CONTROL_UPDATES, UPDATES_PER_SIGHTING, Draws, mapped, paper_course, reckoned
 from core.experiments.result import SPEED
 from core.install import install_extra
 from core.settings import read
@@ -162,7 +160,7 @@ def test_files_that_cannot_be_are_refused_in_sentences(tmp_path: Path) -> None:
 
 @pytest.mark.campaign
 def test_through_its_sensors_the_robot_errs_by_centimetres(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(lab_drives, "PATH_LENGTH_M", 0.3)
+    monkeypatch.setattr(drives, "PATH_LENGTH_M", 0.3)
     told = run(runs=1, through="sensors", out=tmp_path)
     wheels, slam = told["estimators"]["dead_reckoning"], told["estimators"]["ekf_slam"]
     assert slam["worst_average_error_m"] < 0.03 and slam["path_m"] == pytest.approx(0.3, abs=0.01)

@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 
 from core.experiments import EXPERIMENTS, drawn_rooms, figure_16_conditions
-from core.experiments.course_draws import Draws
-from core.experiments.course_traces import reckoned
 from core.experiments.figure_16_conditions import (
     CHAPTER,
     CHAPTER_CONDITIONS,
@@ -21,6 +19,7 @@ from core.experiments.figure_16_conditions import (
     limit,
     mean_length,
 )
+from core.experiments.paper_course import Draws, reckoned
 
 
 def test_the_first_condition_is_the_chapter_s_and_the_four_are_its_field_and_names() -> None:
