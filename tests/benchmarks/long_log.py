@@ -23,7 +23,7 @@ from core.message import Array
 from core.pilot import Pilot
 from core.robots import Profile
 from core.sensors import Laser, Scan, SensorFrame, Wheels
-from core.simulation.world.outline import Rect, outline
+from core.simulation.world.plan import Rect, outline
 from core.simulation.world.ray_casting import Surfaces, cast
 
 PERIOD, STRIDE, BEND = 0.18, 0.054, 0.6  # [s], [m], [m] radius of the arcs at crossings

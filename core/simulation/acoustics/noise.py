@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from core.message import Array
-from core.simulation.acoustics.early_reflections import Arrivals
+from core.simulation.acoustics.reverberation import Arrivals
 from core.simulation.acoustics.shoebox import SPEED_OF_SOUND
 
 SPECTRUM_SAMPLES = 512  # samples of a spectrum of the murmur

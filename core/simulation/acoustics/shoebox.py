@@ -75,12 +75,8 @@ def _images(room: ShoeboxRoom, source: Array, centre: Array) -> tuple[Array, Arr
     if room.rt60 == 0:
         return source[None].copy(), np.ones(1)
     reach = room.rt60 * room.speed
-    places: list[Array] = []
-    bounces: list[Array] = []
-    for axis, side in enumerate(room.size):
-        cells = np.arange(-math.ceil(reach / (2 * side)) - 1, math.ceil(reach / (2 * side)) + 2)
-        places.append(np.concatenate((source[axis] + 2 * cells * side, -source[axis] + 2 * cells * side)))
-        bounces.append(np.concatenate((2 * abs(cells), abs(cells - 1) + abs(cells))))
+    along = [images_along(source[axis], side, reach) for axis, side in enumerate(room.size)]
+    places, bounces = zip(*along, strict=True)
     if math.prod(map(len, places)) > MOST_IMAGES:
         raise BadInput("The room is too small for so long a reverberation; make it larger or its walls softer.")
     apart = [(place - middle) ** 2 for place, middle in zip(places, centre, strict=True)]
@@ -91,6 +87,14 @@ def _images(room: ShoeboxRoom, source: Array, centre: Array) -> tuple[Array, Arr
     order = np.argsort(count, kind="stable")
     images = np.column_stack((places[0][x], places[1][y], places[2][z]))[order]
     return images, room.reflection ** count[order]
+
+
+def images_along(place: float, side: float, reach: float) -> tuple[Array, Array]:
+    """One axis: where the images are (N,) [m] and how often each bounced (N,)."""
+    most = math.ceil(reach / (2 * side)) + 1
+    cells = np.arange(-most, most + 1)
+    places = np.concatenate((place + 2 * cells * side, -place + 2 * cells * side))
+    return places, np.concatenate((2 * abs(cells), abs(cells - 1) + abs(cells)))
 
 
 def _placed(delays: Array, gains: Array, length: int, rate: int) -> Array:

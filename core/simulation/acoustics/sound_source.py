@@ -5,9 +5,8 @@ from collections.abc import Generator
 import numpy as np
 
 from core.message import Array
-from core.simulation.acoustics.early_reflections import Arrivals, first_images
 from core.simulation.acoustics.enclosure import Enclosure, enclosure, in_sight
-from core.simulation.acoustics.late_reverberation import Convolver, echo_in_pieces, echo_length
+from core.simulation.acoustics.reverberation import Arrivals, Convolver, echo_in_pieces, echo_length, first_images
 from core.simulation.settings import HardWall
 from core.simulation.world import World
 

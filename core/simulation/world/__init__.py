@@ -14,8 +14,7 @@ from core.simulation.world.objects import (
     Thing,
     furniture,
 )
-from core.simulation.world.outline import Rect, outline
-from core.simulation.world.plan import Dressing, World, Zone
+from core.simulation.world.plan import Dressing, Rect, World, Zone, outline
 from core.simulation.world.ray_casting import Hits, Surfaces, cast, distances
 from core.simulation.world.weak import BARE, CORRIDOR, GLASS
 

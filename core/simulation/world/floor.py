@@ -1,8 +1,7 @@
 """A storey of 25 x 18 m: a hall, corridors around a block (a loop), rooms behind door openings."""
 
 from core.simulation.world.objects import Thing, What, furniture
-from core.simulation.world.outline import Rect, outline
-from core.simulation.world.plan import Dressing, World, Zone
+from core.simulation.world.plan import Dressing, Rect, World, Zone, outline
 
 START_X, START_Y = 7.6, 5.3  # [m] where the robot wakes, seen from the building's south-west corner
 

@@ -1,8 +1,7 @@
 """The paper's structured telecommunication laboratory (section 6.2): one room with niches, pillars and furniture."""
 
 from core.simulation.world.objects import furniture
-from core.simulation.world.outline import Rect, outline
-from core.simulation.world.plan import Dressing, World, Zone
+from core.simulation.world.plan import Dressing, Rect, World, Zone, outline
 
 FREE = (
     Rect(-2.5, -2.5, 5.5, 3.5),

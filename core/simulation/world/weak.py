@@ -1,8 +1,7 @@
 """Places in which a laser finds little to hold on to: a corridor without corners, the same bare, a glazed hall."""
 
 from core.simulation.world.objects import furniture
-from core.simulation.world.outline import Rect, outline
-from core.simulation.world.plan import Dressing, World, Zone
+from core.simulation.world.plan import Dressing, Rect, World, Zone, outline
 
 HALF_WIDTH_M = 1.0  # from the middle of the corridor to either wall
 ALONG = Rect(

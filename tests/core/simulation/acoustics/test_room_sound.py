@@ -13,10 +13,10 @@ from core.geometry import Pose
 from core.message import Array
 from core.perception.sound.locate import locate
 from core.sensors.microphones import RESPEAKER_ODAS, Sound, joined
-from core.simulation.acoustics import late_reverberation
-from core.simulation.acoustics.early_reflections import HALF_SAMPLES, HARD_WALL_SHARE, Arrivals, first_images
+from core.simulation.acoustics import reverberation
 from core.simulation.acoustics.enclosure import enclosure, in_sight
 from core.simulation.acoustics.noise import Motors, Murmur
+from core.simulation.acoustics.reverberation import HALF_SAMPLES, HARD_WALL_SHARE, Arrivals, first_images
 from core.simulation.acoustics.shoebox import SPEED_OF_SOUND, ShoeboxRoom, heard, impulse_responses
 from core.simulation.acoustics.sound_source import SoundSource
 from core.simulation.microphones import RATE_HZ, SimulatedMicrophones, fan_place
@@ -75,8 +75,8 @@ def test_a_way_that_grows_lowers_the_pitch() -> None:
 
 
 def test_the_pieces_are_the_image_sources_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(late_reverberation, "IMAGE_JITTER", 0.0)
-    monkeypatch.setattr(late_reverberation, "DECAY_SHARE", 1.0)
+    monkeypatch.setattr(reverberation, "IMAGE_JITTER", 0.0)
+    monkeypatch.setattr(reverberation, "DECAY_SHARE", 1.0)
     ears = microphones().ears(HERE)
     talker = SoundSource("x", MOUTH, RATE_HZ, BLOCK, 0.25, 0)
     talker.say(VOICE)
@@ -96,13 +96,13 @@ def test_every_piece_of_work_is_small() -> None:
     """An echo is worked out while the robot drives: no piece may take in more than some thousand images."""
     room = ShoeboxRoom((8.0, 6.0, 2.7), 0.6)
     source = np.array([2.0, 2.0, 1.5])
-    sizes = [len(precision) for _, precision in late_reverberation._batches(room, source, np.random.default_rng(0))]  # pyright: ignore
-    assert max(sizes) < 2 * late_reverberation.AT_ONCE
+    sizes = [len(precision) for _, precision in reverberation._batches(room, source, np.random.default_rng(0))]  # pyright: ignore
+    assert max(sizes) < 2 * reverberation.AT_ONCE
     assert sum(sizes) > 50_000
 
 
 def test_a_change_of_the_echo_is_faded_in() -> None:
-    one = late_reverberation.Convolver(64, BLOCK)
+    one = reverberation.Convolver(64, BLOCK)
     assert one.feed(np.ones(BLOCK)) is None
     one.change(np.eye(1, 64))
     np.testing.assert_allclose(one.feed(np.ones(BLOCK)), 1.0)
