@@ -149,11 +149,6 @@ class CalibrationCapture extends WizardStep {
     this.#source = null;
     this.#sourceOf = "";
     this.#marker.hidden = true;
-    this.#rest();
-  }
-
-  /** Stop live capture when the page is left, unless the demo runs. */
-  #rest() {
     const id = this.#watched;
     this.#watched = "";
     if (id && !this.#demo && this.model.may) api.live(id, false).catch(() => undefined);

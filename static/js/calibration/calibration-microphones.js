@@ -123,7 +123,10 @@ class CalibrationMicrophones extends WizardStep {
       ),
     );
     this.#listen.classList.add("primary");
-    this.#accept.addEventListener("click", () => void this.#accepted());
+    this.#accept.addEventListener("click", async () => {
+      if (await this.#tried(() => api.perform("accept")))
+        this.session.announce(t("calibration-microphones.this_orientation_is_in_use"));
+    });
     this.#undo.addEventListener("click", () => void this.#tried(() => api.perform("undo")));
   }
 
@@ -243,11 +246,6 @@ class CalibrationMicrophones extends WizardStep {
       if (!(await this.#clap(true))) break;
     this.#demo = false;
     this.draw();
-  }
-
-  async #accepted() {
-    if (await this.#tried(() => api.perform("accept")))
-      this.session.announce(t("calibration-microphones.this_orientation_is_in_use"));
   }
 
   /** @param {() => Promise<MicrophoneCalibration>} act */

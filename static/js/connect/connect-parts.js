@@ -119,7 +119,10 @@ class ConnectParts extends PagePanel {
       };
       this.#cells.set(`${part} ${role.role} ${place}`, cells);
       const typed = role.role === "cmd_vel" && place === 0 && role.used[0] ? this.#type(role, part) : null;
-      select?.addEventListener("change", () => this.#chosen(role, part, selects));
+      select?.addEventListener("change", () => {
+        const topics = new Set(selects.map((one) => one?.value ?? UNUSED).filter((topic) => topic !== UNUSED));
+        this.model.choose(part, role.role, [...topics]);
+      });
       if (select) select.setAttribute("aria-label", name);
       return make(
         "div.connect-role",
@@ -160,12 +163,6 @@ class ConnectParts extends PagePanel {
     select.value = shortType(used[0]?.type ?? "");
     select.addEventListener("change", () => this.model.choose(part, "cmd_vel_type", [select.value]));
     return select;
-  }
-
-  /** @param {TopicRole} role @param {number} part @param {(HTMLSelectElement | null)[]} selects */
-  #chosen({ role }, part, selects) {
-    const topics = [...new Set(selects.map((select) => select?.value ?? UNUSED).filter((topic) => topic !== UNUSED))];
-    this.model.choose(part, role, topics);
   }
 }
 

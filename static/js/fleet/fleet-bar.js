@@ -141,7 +141,10 @@ export class FleetAnswers extends HTMLElement {
       this.#list,
     );
     session.on("changed", () => this.#show(session));
-    session.on("answered", () => this.#announce(session));
+    session.on("answered", () => {
+      if (session.fleet?.stop) session.announce(summary(session.fleet.stop, 0));
+      this.#show(session);
+    });
   }
 
   /** @param {FleetSession} session */
@@ -162,13 +165,6 @@ export class FleetAnswers extends HTMLElement {
       .toSorted((one, other) => (other.ms ?? 0) - (one.ms ?? 0))
       .map((one) => t("fleet.answer_ms", { name: one.name, ms: fixed(one.ms ?? 0, 0) }));
     if (isNew(this.#list, rows)) this.#list.replaceChildren(...rows.map((row) => make("li", row)));
-  }
-
-  /** @param {FleetSession} session */
-  #announce(session) {
-    const { fleet } = session;
-    if (fleet?.stop) session.announce(summary(fleet.stop, 0));
-    this.#show(session);
   }
 }
 

@@ -237,7 +237,7 @@ class CommandStatus extends Panel {
     else
       this.#suggestions.replaceChildren(
         make("span.note", t("command-status.did_you_mean")),
-        ...suggestions.map((text) => this.#offer(text)),
+        ...suggestions.map((text) => make("button.chip", { onclick: () => void this.session.say(text, "chip") }, text)),
       );
   }
 
@@ -249,11 +249,6 @@ class CommandStatus extends Panel {
       if (pose) void this.session.attempt(() => room.add(pose));
     });
     return button;
-  }
-
-  /** @param {string} text */
-  #offer(text) {
-    return make("button.chip", { onclick: () => void this.session.say(text, "chip") }, text);
   }
 }
 

@@ -260,7 +260,9 @@ class FlatMap extends Panel {
   /** @param {Point} at [px] @param {PointerEvent} event */
   #press(at, { clientX, clientY }) {
     const point = this.#view.floor(at);
-    const pressed = this.#layers.has("people") ? this.#personAt(at) : null;
+    const pressed =
+      this.#layers.has("people") &&
+      this.#room.find(({ x_m: x, y_m: y }) => apart(at, this.#view.drawn({ x, y })) < REACH);
     if (this.#taken(point)) return;
     if (pressed) {
       const detail = { name: pressed.id, x: point.x, y: point.y, clientX, clientY };
@@ -323,11 +325,6 @@ class FlatMap extends Panel {
     const { places } = marksOf(this.session);
     const press = { x: at.x, y: at.y + PIN_PX / 2 }; // its tip is on the place, and one presses its head
     return places.find(({ x_m: x, y_m: y }) => apart(press, this.#view.drawn({ x, y })) < REACH / 2) ?? null;
-  }
-
-  /** @param {Point} at [px] */
-  #personAt(at) {
-    return this.#room.find(({ x_m: x, y_m: y }) => apart(at, this.#view.drawn({ x, y })) < REACH) ?? null;
   }
 
   /** @param {KeyboardEvent} event */

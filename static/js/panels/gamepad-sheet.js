@@ -105,7 +105,8 @@ export class GamepadSheet extends Sheet {
     this.#showJog(pad, mapping);
     this.#showRows(pad, mapping, gamepad.learning.action);
     this.#showLearning(gamepad.learning);
-    this.#showTuning(mapping);
+    this.#deadZone.set(mapping.deadZone);
+    this.#curve.set(mapping.curve);
     this.#showAll(pad);
   }
 
@@ -197,12 +198,6 @@ export class GamepadSheet extends Sheet {
       if (focused) this.#setUp.focus();
     }
     this.#setUp.hidden = this.#reset.hidden = action !== null;
-  }
-
-  /** @param {Mapping} mapping */
-  #showTuning({ deadZone, curve }) {
-    this.#deadZone.set(deadZone);
-    this.#curve.set(curve);
   }
 
   /** @param {Pad} pad */

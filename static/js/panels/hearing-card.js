@@ -141,8 +141,16 @@ class HearingCard extends Panel {
       make("div.hearing-foot", this.#check, this.#measure),
       this.#faults,
     );
-    this.#obey.addEventListener("click", () => void this.#takeOn());
-    this.#listen.addEventListener("click", () => void this.#toggle());
+    /** @type {[HTMLElement, (on: boolean) => Promise<unknown>][]} */
+    const switches = [
+      [this.#obey, api.obeyVoices],
+      [this.#listen, api.listen],
+    ];
+    for (const [button, set] of switches)
+      button.addEventListener("click", () => {
+        const on = button.getAttribute("aria-pressed") !== "true";
+        void this.session.attempt(() => set(on));
+      });
     this.session.on("transcript", (transcript) => this.#add(transcript));
   }
 
@@ -194,17 +202,6 @@ class HearingCard extends Panel {
     });
     this.#checking = false;
     write(this.#check, this.#faults.hidden ? CHECK : t("hearing-card.hide_the_result"));
-  }
-
-  async #toggle() {
-    const on = this.#listen.getAttribute("aria-pressed") !== "true";
-    await this.session.attempt(() => api.listen(on));
-  }
-
-  /** Switch voice control from the room on or off. */
-  async #takeOn() {
-    const on = this.#obey.getAttribute("aria-pressed") !== "true";
-    await this.session.attempt(() => api.obeyVoices(on));
   }
 
   /** @param {Transcript} transcript */

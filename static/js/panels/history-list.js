@@ -34,7 +34,10 @@ class HistoryList extends Panel {
   #empty = make(
     "div.record-empty",
     make("p", t("history-list.commands_and_their_results_appear_here")),
-    make("p.record-tries", ...TRIES.map((words) => this.#try(words))),
+    make(
+      "p.record-tries",
+      ...TRIES.map((words) => make("button.chip", { onclick: () => void this.session.say(words, "chip") }, words)),
+    ),
   );
 
   /** @override */
@@ -68,11 +71,6 @@ class HistoryList extends Panel {
         make("span", t("history-list.heard_here_summary", { summary: newest.summary })),
       );
     this.#score.hidden = !newest;
-  }
-
-  /** @param {string} words */
-  #try(words) {
-    return make("button.chip", { onclick: () => void this.session.say(words, "chip") }, words);
   }
 
   /** @param {string} words @param {readonly string[]} suggestions */

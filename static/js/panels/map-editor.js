@@ -14,7 +14,7 @@ import { t } from "../ui/texts.js";
 import { onTheme } from "../ui/theme.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
-/** @import { EditList, EditRow } from "../net/rest.js" */
+/** @import { EditRow } from "../net/rest.js" */
 /** @import { View } from "../net/session.js" */
 /** @import { Point } from "../ui/floor-view.js" */
 /** @typedef {"free" | "occupied" | "unknown" | "crop" | "room"} Tool */
@@ -147,15 +147,10 @@ class MapEditor extends Panel {
     const [picture, list] = await Promise.all([api.picture(), api.edits()]).catch(() => [null, null]);
     if (!picture || !list) return;
     this.#picture = picture;
-    this.#show(list);
+    this.#undo.hidden = !list.edits.some(({ holds }) => holds);
+    this.#redo.hidden = list.edits.every(({ holds }) => holds);
+    refill(this.#list, ...[...list.edits].reverse().map((row) => this.#row(row)));
     this.#draw();
-  }
-
-  /** @param {EditList} list */
-  #show({ edits }) {
-    this.#undo.hidden = !edits.some(({ holds }) => holds);
-    this.#redo.hidden = edits.every(({ holds }) => holds);
-    refill(this.#list, ...[...edits].reverse().map((row) => this.#row(row)));
   }
 
   /** @param {EditRow} row */

@@ -137,13 +137,11 @@ class LiveRegion extends Panel {
       if (this.#waiting.at(-1) === sentence) return;
       this.#waiting.push(sentence);
       this.#waiting.splice(0, this.#waiting.length - 4);
-      if (!this.#timer) this.#timer = setTimeout(() => this.#speak(), BREATH_MS);
+      this.#timer ||= setTimeout(() => {
+        this.#place.textContent = this.#waiting.splice(0).join(" ");
+        this.#timer = 0;
+      }, BREATH_MS);
     });
-  }
-
-  #speak() {
-    this.#place.textContent = this.#waiting.splice(0).join(" ");
-    this.#timer = 0;
   }
 }
 

@@ -64,7 +64,11 @@ class PlaceView extends Panel {
     onSubmit(this.#form, () => void this.#tell());
     for (const { box } of Object.values(this.#fields)) box.addEventListener("input", () => this.#typed());
     new CanvasHand(this.#canvas, {
-      move: (about, times, shift) => this.#change(about, times, shift),
+      move: (about, times, shift) => {
+        this.#moved = true;
+        this.#view = this.#view.changed(about, times, shift);
+        this.#draw();
+      },
       draw: (at) => {
         this.#pressed = at;
         this.#place({ ...this.#view.floor(at), heading: null });
@@ -167,13 +171,6 @@ class PlaceView extends Panel {
   }
 
   // drawing
-
-  /** @param {Point} about @param {number} times @param {Point} shift */
-  #change(about, times, shift) {
-    this.#moved = true;
-    this.#view = this.#view.changed(about, times, shift);
-    this.#draw();
-  }
 
   #fit() {
     if (this.hidden || !this.#plan) return;

@@ -23,7 +23,10 @@ export class ClosureList extends HTMLElement {
   #list = make("ol.closures", { "aria-label": t("closure-list.closures_newest_first") });
   #count = make("span.note");
   #empty = make("p.note.closures-empty", t("closure-list.none_yet_a_closure_corrects_the"));
-  #all = make("button.button.wide", { hidden: true, onclick: () => void this.#fetch() });
+  #all = make("button.button.wide", {
+    hidden: true,
+    onclick: () => void this.#session?.attempt(async () => (this.#older = await maps.closures())),
+  });
   /** @type {Map<number, Line>} */
   #lines = new Map();
   /** @type {Session | null} */
@@ -135,12 +138,6 @@ export class ClosureList extends HTMLElement {
           ? t("closure-list.closure_id_is_undone", { id })
           : t("closure-list.closure_id_holds_again", { id }),
       );
-  }
-
-  async #fetch() {
-    await this.#session?.attempt(async () => {
-      this.#older = await maps.closures();
-    });
   }
 }
 

@@ -90,7 +90,13 @@ export class VoiceButton extends Panel {
     const answers = this.querySelector("answer-button");
     if (answers) this.#panel.append(answers);
     this.append(this.#button, this.#more, this.#panel, this.#says);
-    popover(this.#more, this.#panel, { opened: () => this.#opened() });
+    popover(this.#more, this.#panel, {
+      opened: () => {
+        this.#talk.open(); // so that the first word finds a worker
+        this.#tellFacts();
+        void this.#offer.show();
+      },
+    });
     this.#button.addEventListener("pointerdown", (event) => {
       if (event.button !== 0) return;
       this.#button.setPointerCapture(event.pointerId);
@@ -238,12 +244,6 @@ export class VoiceButton extends Panel {
       this.#close(); // takes effect when it is opened next
     });
     return make("label.voice-row", { for: `voice-${name}` }, box, make("span", says, make("span.note", ` ${why}`)));
-  }
-
-  #opened() {
-    this.#talk.open(); // so that the first word finds a worker
-    this.#tellFacts();
-    void this.#offer.show();
   }
 
   #tellFacts() {

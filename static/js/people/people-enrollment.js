@@ -45,7 +45,10 @@ class PeopleEnrollment extends PagePanel {
   #steps = make("ol.people-steps", { "aria-label": t("people-enrollment.what_is_asked_for") });
   #verdict = make("p.people-verdict", { role: "alert" });
   #waits = make("p.inline.people-waits", { role: "status" });
-  #take = action("camera", t("people-enrollment.take_it"), () => this.#press());
+  #take = action("camera", t("people-enrollment.take_it"), () => {
+    if (this.#counting) this.#stop();
+    else this.#countDown(this.model.enrollment?.background ? "picture" : "background");
+  });
   #delay = make(
     "select.field-box",
     { "aria-label": t("people-enrollment.when"), onchange: () => remember("people.delay", this.#delay.value) },
@@ -295,11 +298,6 @@ class PeopleEnrollment extends PagePanel {
     const drop = () => void this.model.drop(one.number);
     const away = iconButton("trash", t("people-enrollment.leave_out_name", { name }), drop, { title });
     return make("li", sketched(enrollment.id, one, name), make("span.thumb-foot", name, away));
-  }
-
-  #press() {
-    if (this.#counting) this.#stop();
-    else this.#countDown(this.model.enrollment?.background ? "picture" : "background");
   }
 
   /** @param {"background" | "picture"} what */

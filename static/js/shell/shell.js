@@ -93,22 +93,14 @@ export class Shell {
     const row = near ? pageAt(to.pathname) : null;
     if (!row || (row === this.#current && to.hash)) return; // within a page the browser follows by itself
     event.preventDefault();
-    if (row === this.#current) this.#restart(to);
-    else if (to.hash) this.#enter(to.pathname + to.hash);
-    else this.go(row.path);
-  }
-
-  /** A link to the page that is open returns to its beginning. @param {URL} to */
-  #restart(to) {
-    if (!location.hash) return;
-    history.pushState(null, "", to.pathname);
-    this.#move();
-  }
-
-  /** @param {string} address */
-  #enter(address) {
-    history.pushState(null, "", address);
-    void this.#show(true);
+    if (row === this.#current) {
+      if (!location.hash) return;
+      history.pushState(null, "", to.pathname); // back to its beginning
+      this.#move();
+    } else if (to.hash) {
+      history.pushState(null, "", to.pathname + to.hash);
+      void this.#show(true);
+    } else this.go(row.path);
   }
 
   /** @param {boolean} focus true: the reader is taken to the heading of the page */

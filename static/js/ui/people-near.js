@@ -50,7 +50,12 @@ export class PeopleNear extends HTMLElement {
     });
     this.#bubble.addEventListener("keydown", (event) => event.key === "Escape" && this.#open(""));
     this.append(this.#row, this.#bubble);
-    addEventListener("person-press", (event) => this.#pressed(/** @type {CustomEvent} */ (event).detail));
+    addEventListener("person-press", (event) => {
+      const { name } = /** @type {CustomEvent<{name: string}>} */ (event).detail; // pressed on the map
+      if (!this.#people.some(({ id }) => id === name)) return;
+      dispatchEvent(new CustomEvent("open-view", { detail: "hearing" }));
+      this.#open(name);
+    });
     addEventListener("let-call", (event) => {
       const { words } = /** @type {CustomEvent<{words: string}>} */ (event).detail;
       const [first] = this.#people;
@@ -159,13 +164,6 @@ export class PeopleNear extends HTMLElement {
     mark(this.#bubble, "aria-label", id ? t("people-near.what_id_says", { id }) : null);
     write(this.#says, t("people-near.id_says", { id }));
     if (id) this.scrollIntoView({ block: "nearest" });
-  }
-
-  /** @param {{name: string}} pressed on the map */
-  #pressed({ name }) {
-    if (!this.#people.some(({ id }) => id === name)) return;
-    dispatchEvent(new CustomEvent("open-view", { detail: "hearing" }));
-    this.#open(name);
   }
 
   /** @param {string} id @param {string} words */

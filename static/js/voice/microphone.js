@@ -73,7 +73,10 @@ export class Microphone {
       await context.audioWorklet.addModule(WORKLET);
       if (context.state === "suspended") await context.resume();
       const worklet = new AudioWorkletNode(context, "sinc-worklet", { numberOfInputs: 1, numberOfOutputs: 1 });
-      worklet.port.onmessage = ({ data }) => this.#take(data);
+      worklet.port.onmessage = ({ data }) => {
+        [this.level, this.peak] = [data.rms, data.peak];
+        this.heard(data);
+      };
       context.createMediaStreamSource(stream).connect(worklet);
       worklet.connect(context.destination); // silent; some browsers run only what leads somewhere
       return this.#become("on");
@@ -90,13 +93,6 @@ export class Microphone {
     this.#stream = this.#context = null;
     this.level = this.peak = 0;
     this.#become("off");
-  }
-
-  /** @param {Piece} piece */
-  #take(piece) {
-    this.level = piece.rms;
-    this.peak = piece.peak;
-    this.heard(piece);
   }
 
   /** @param {string} why */

@@ -69,12 +69,7 @@ export class SpeechOutput {
       this.#source = null;
       this.failed(api.sentenceOf(refusal, t("speech-output.the_robot_s_voice_does_not")));
     }
-    this.#settle();
-  }
-
-  /** Silence again, in a moment. */
-  #settle() {
-    clearTimeout(this.#tail);
+    clearTimeout(this.#tail); // silence again, in a moment
     this.#tail = setTimeout(() => !this.#source && this.#set(false), TAIL_MS);
   }
 
