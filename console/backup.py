@@ -55,7 +55,8 @@ def write_backup(home: Path, file: Path, *, recordings: bool = False) -> BackupR
             for path in _kept(home, recordings):
                 with _content(home, path) as content:
                     rows.append(_packed(box, path.relative_to(home).as_posix(), content))
-            _packed(box, MANIFEST, io.BytesIO(_manifest(rows)))
+            made = {"format": BACKUP_FORMAT, "beckon": beckon_version(), "made_s": round(time.time(), 3)}
+            _packed(box, MANIFEST, io.BytesIO(json.dumps({**made, "files": rows}, indent=1).encode()))
         part.replace(file)
     except (OSError, sqlite3.Error) as trouble:
         if part is not None:
@@ -135,11 +136,6 @@ def _packed(box: tarfile.TarFile, name: str, content: IO[bytes]) -> dict[str, An
         entry.size, entry.mode, entry.mtime = size, 0o600, int(time.time())
         box.addfile(entry, cast(IO[bytes], steady))
     return {"name": name, "bytes": size, "sha256": digest.hexdigest()}
-
-
-def _manifest(rows: list[dict[str, Any]]) -> bytes:
-    text = {"format": BACKUP_FORMAT, "beckon": beckon_version(), "made_s": round(time.time(), 3), "files": rows}
-    return json.dumps(text, indent=1).encode()
 
 
 def _unpacked(file: Path, folder: Path) -> list[dict[str, Any]]:

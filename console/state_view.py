@@ -38,7 +38,7 @@ from core.slam.consistency import faded_band
 from core.slam.ekf_slam import NIS_FADE
 from core.slam.estimate import Estimate, Landmark
 from core.slam.scan_matching.agreement import MoveAgreement
-from core.snapshot import ActiveCommandStatus, CameraView, Comparison, Notice, Snapshot
+from core.snapshot import ActiveCommandStatus, CameraView, Comparison, Snapshot
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,12 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int, now: float
         recording=None if "replay" in profile.capabilities else recorder(parts[RecordingService]),
         playback=playback(parts[PlaybackController].state, snapshot.other),
         viewers=around.sockets.people,
-        notices=[notice_line(one) for one in around.notifications.shown],
+        notices=[
+            messages.NoticeLine(one.id, one.stamp, one.level, one.text, one.cause, *code_of(one.text))
+            for one in around.notifications.shown
+        ],
         history_revision=around.history.revision,
-        truth=true_pose(snapshot),
+        truth=None if snapshot.truth is None else filled(messages.TruePose, snapshot.truth, 4),
         by_laser=by_laser(snapshot),
         route=route(parts[RouteService].run_now),
         chapter=around.chapter,
@@ -142,10 +145,6 @@ def pose(estimate: Estimate) -> messages.PoseState:
     return messages.PoseState(near(at.x), near(at.y), near(at.heading), short(estimate.covariance))
 
 
-def true_pose(snapshot: Snapshot) -> messages.TruePose | None:
-    return None if snapshot.truth is None else filled(messages.TruePose, snapshot.truth, 4)
-
-
 def by_laser(snapshot: Snapshot) -> messages.LaserReferenceState | None:
     """The position by laser and wheels alone, and how far it lies from the estimate."""
     if snapshot.by_laser is None:
@@ -167,12 +166,6 @@ def slam(snapshot: Snapshot, step_ms: float | None) -> messages.SlamState:
     update_ms = step_ms if health.update_ms is None else health.update_ms
     own = {"nees": squared, "error_m": error_m, "error_rad": error_rad, "update_ms": update_ms}
     return msgspec.convert({**vars(health), "nis_band": faded_band(NIS_FADE), **own}, messages.SlamState)
-
-
-def notice_line(notice: Notice) -> messages.NoticeLine:
-    """A sentence for the operator."""
-    found = code_of(notice.text)
-    return messages.NoticeLine(notice.id, notice.stamp, notice.level, notice.text, notice.cause, *found)
 
 
 def command(status: ActiveCommandStatus) -> messages.CommandState:

@@ -116,7 +116,8 @@ class Logins:
         self._make_room(found.role, present)
         self._names += 1
         cookie = new_token()
-        person = Person(secrets.token_hex(6), self._unique_name(name or self._name_by(found.name)), found.role)
+        own = f"{found.name} {self._names}" if found.name in RANK else found.name  # of who says no name
+        person = Person(secrets.token_hex(6), self._unique_name(name or own), found.role)
         self._keep(cookie, person, opener, now)
         return cookie, person
 
@@ -215,10 +216,6 @@ class Logins:
             if hmac.compare_digest(known.digest, digest):
                 found = known
         return found if found and (found.end_s is None or now + self._ahead < found.end_s) else None
-
-    def _name_by(self, key: str) -> str:
-        """Return how someone is called who says no name: as the key, with a number if it has none of its own."""
-        return f"{key} {self._names}" if key in RANK else key
 
     def _unique_name(self, name: str) -> str:
         others = {login.name.casefold() for login in self._records.logins.values()}

@@ -45,7 +45,8 @@ class TypedRoute(APIRoute):
     """A route whose endpoint may say that it returns a struct, or one of several; all else is as in any route."""
 
     def __init__(self, path: str, endpoint: Endpoint, **options: Any) -> None:
-        options["summary"] = options.get("summary") or first_sentence(endpoint)
+        words = " ".join((inspect.getdoc(endpoint) or endpoint.__name__).split())
+        options["summary"] = options.get("summary") or words.partition(". ")[0].removesuffix(".")
         signature = inspect.signature(endpoint, eval_str=True)
         own = getattr(endpoint, DECLARED, None)
         structs = structs_of(signature.return_annotation if own is None else own)
@@ -60,12 +61,6 @@ class TypedRoute(APIRoute):
                 options["response_class"] = JsonAnswer
                 endpoint = in_json(endpoint, signature, status)
         super().__init__(path, endpoint, **options)
-
-
-def first_sentence(endpoint: Endpoint) -> str:
-    """Say what an endpoint does: its first sentence without the full stop."""
-    words = " ".join((inspect.getdoc(endpoint) or endpoint.__name__).split())
-    return words.partition(". ")[0].removesuffix(".")
 
 
 def structs_of(hint: Any) -> tuple[type[msgspec.Struct], ...]:

@@ -88,21 +88,18 @@ class LaserWorker(SessionWorker[LaserSession]):
 
     def _answer(self, *, changed: bool = False, verdict: BoardVerdict | None = None) -> jobs.SessionAnswer:
         model = self._session.model
-        return jobs.SessionAnswer(
-            size=(model.width, model.height),
-            verdict=None if verdict is None else self._verdict(verdict),
-            change=self._change() if changed else None,
-        )
-
-    def _verdict(self, verdict: BoardVerdict) -> CalibrationVerdict:
-        return CalibrationVerdict(
-            kind=verdict.kind,
-            words=verdict.words,
-            name=verdict.name,
-            corners=None if verdict.corners is None else points(verdict.corners),
-            laser=self._dots(),
-            beams=None if verdict.beams is None else verdict.beams.tolist(),
-        )
+        shown = None
+        if verdict is not None:
+            shown = CalibrationVerdict(
+                kind=verdict.kind,
+                words=verdict.words,
+                name=verdict.name,
+                corners=None if verdict.corners is None else points(verdict.corners),
+                laser=self._dots(),
+                beams=None if verdict.beams is None else verdict.beams.tolist(),
+            )
+        change = self._change() if changed else None
+        return jobs.SessionAnswer(size=(model.width, model.height), verdict=shown, change=change)
 
     def _change(self) -> jobs.SessionChange:
         session, progress = self._session, self._session.progress()

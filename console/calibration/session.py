@@ -98,9 +98,13 @@ class CalibrationSession(ABC):
         """
         async with self._queued(patient=patient):
             answer = await self._asked(job, budget)
-            await self._took(
-                answer, job.content if isinstance(job, jobs.LookAtWebcam | jobs.TakeUpload) else None, stamp
-            )
+            if answer.counted is not None:
+                content = job.content if isinstance(job, jobs.LookAtWebcam | jobs.TakeUpload) else None
+                await self._keep(answer.counted, content)
+            self._learn(answer, stamp)
+            if answer.change is not None:
+                await self.save()
+            self._changed(self, answer.counted is not None)
         self.solve_soon()
         return answer
 
@@ -223,32 +227,19 @@ class CalibrationSession(ABC):
         self._opened = self._worker.starts
         self._learn(answer)
 
-    async def _took(self, answer: jobs.SessionAnswer, content: bytes | None, stamp: float | None) -> None:
-        if answer.counted is not None:
-            await self._keep(answer.counted, content)
-        self._learn(answer, stamp)
-        if answer.change is not None:
-            await self.save()
-        self._changed(self, answer.counted is not None)
-
     def _learn(self, answer: jobs.SessionAnswer, stamp: float | None = None) -> None:
         shown = self.shown
         shown.size = answer.size
         shown.scan = answer.scan or shown.scan
         if answer.counted is not None:
             shown.check = answer.check
-        if answer.change is not None:
-            self._learn_change(answer.change)
+        if (change := answer.change) is not None:
+            shown.progress, shown.uncertainty, shown.views = change.progress, change.uncertainty, change.views
+            shown.advice = None if change.advice is None else change.advice.shown
+            self.pose = self.pose if change.advice is None else change.advice.pose
+            self._state, self._stale, self._names = change.state, change.stale, change.names
         if answer.verdict is not None:
             self._show_verdict(answer.verdict, stamp)
-
-    def _learn_change(self, change: jobs.SessionChange) -> None:
-        shown = self.shown
-        shown.progress, shown.uncertainty, shown.views = change.progress, change.uncertainty, change.views
-        shown.advice = None if change.advice is None else change.advice.shown
-        if change.advice is not None:
-            self.pose = change.advice.pose
-        self._state, self._stale, self._names = change.state, change.stale, change.names
 
     def _show_verdict(self, verdict: CalibrationVerdict, stamp: float | None) -> None:
         shown = self.shown.verdict

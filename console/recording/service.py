@@ -225,7 +225,9 @@ class RecordingService(Part):
         if not self._listens or (self._replays and not self.foxglove_port):
             return
         if why := self._events.take(snapshot, self._notifications.shown, self._robot.status()):
-            self._happened(why)
+            now = time.monotonic()
+            if self.ring_limit_s > 0 and self._incident is None and now - self._kept_at > INCIDENT_PAUSE_S:
+                self._incident = (now + AFTER_INCIDENT_S, why)  # the ring is kept in a moment
         if len(self._moments) >= MAX_WAITING_MOMENTS:
             self._left_out += 1
             return
@@ -290,12 +292,6 @@ class RecordingService(Part):
     def note(self, words: str, remark: str) -> None:
         if self._listens:
             self._events.note(words, remark)
-
-    def _happened(self, why: str) -> None:
-        """Something went wrong: the ring is kept in a moment."""
-        now = time.monotonic()
-        if self.ring_limit_s > 0 and self._incident is None and now - self._kept_at > INCIDENT_PAUSE_S:
-            self._incident = (now + AFTER_INCIDENT_S, why)
 
     # recording
 
@@ -464,12 +460,11 @@ class RecordingService(Part):
         free = await asyncio.to_thread(lambda: shutil.disk_usage(self._folder).free / BYTES_PER_MB)
         if free < self._settings.free_mb:
             await self._end(Statement("recording.low_disk", free=f"{free:.0f}"))
-        elif self._is_long(now):
-            await self._rotate()
-
-    def _is_long(self, now: float) -> bool:
+            return
         size = 0 if self._running is None else self._running.bytes
-        return now - self._began > 60 * self._settings.file_minutes or size > BYTES_PER_MB * self._settings.file_mb
+        long = now - self._began > 60 * self._settings.file_minutes or size > BYTES_PER_MB * self._settings.file_mb
+        if long:
+            await self._rotate()
 
     async def _end(self, why: str) -> None:
         try:

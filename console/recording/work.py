@@ -362,7 +362,9 @@ class RecorderWorker:
                 for schema, channel, message in reader.iter_messages([CAMERA_TOPIC], start_time=since):
                     kind = "" if schema is None else schema.name
                     raw = Envelope(channel.topic, kind, channel.message_encoding, 0.0, message.data)
-                    return small_picture(decode(raw, kind).data)
+                    packed = np.asarray(decode(raw, kind).data, np.uint8)
+                    pixels: Array | None = cv2.imdecode(packed, cv2.IMREAD_COLOR)
+                    return b"" if pixels is None else jpeg(pixels, PICTURE_SIDE_PX, PICTURE_QUALITY)
         return b""
 
     def sample(self, job: MakeSample) -> FinishedRecording:
@@ -387,12 +389,6 @@ class RecorderWorker:
         if recording is not None:
             with contextlib.suppress(Unwritable):  # said already; what is there is recovered
                 recording.finish()
-
-
-def small_picture(packed: Array) -> bytes:
-    """A JPEG, or another packed picture → a small JPEG; empty where it is none."""
-    pixels: Array | None = cv2.imdecode(np.asarray(packed, np.uint8), cv2.IMREAD_COLOR)
-    return b"" if pixels is None else jpeg(pixels, PICTURE_SIDE_PX, PICTURE_QUALITY)
 
 
 def described(

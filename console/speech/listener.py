@@ -137,7 +137,8 @@ class WordListener:
         """Write down the words in which a STOP was obeyed that the whole sentence does not say: they move nothing."""
         lost = utterance.final and not utterance.decision.stops
         entry = self._refuse(utterance, said, BESIDE_STOP, maybe_noise=True).entry if lost else None
-        return SpokenOutcome(_stopped(utterance), said, entry=entry, heard="stopped")
+        stopped = replace(utterance, decision=stop(utterance.decision.words))  # whatever was decided about the rest
+        return SpokenOutcome(stopped, said, entry=entry, heard="stopped")
 
     def _stop(self, decision: Decision, said: Spoken) -> int | None:
         """Stop the robot → the entry of the history."""
@@ -178,8 +179,3 @@ class WordListener:
         if not decision.words:
             self._newest_unrecognized = entry.id
         return SpokenOutcome(utterance, said, reason, entry.id)
-
-
-def _stopped(utterance: RecognizedUtterance) -> RecognizedUtterance:
-    """Return the utterance as one whose STOP was obeyed, whatever was decided about the rest."""
-    return replace(utterance, decision=stop(utterance.decision.words))

@@ -105,12 +105,12 @@ def received(heard: Iterable[ReadUtterance], places: Iterable[NamedPlace] = ()) 
     """A worker's utterances as the console takes them: none asks for more than speech may, or for a place that is
     none of these.
     """
-    return [replace(one.utterance, decision=within_bounds(_with_code(one), places)) for one in heard]
-
-
-def _with_code(heard: ReadUtterance) -> Decision:
-    decision = heard.utterance.decision
-    return replace(decision, reason=coded(decision.reason, heard.reason))
+    utterances: list[RecognizedUtterance] = []
+    for one in heard:
+        decision = one.utterance.decision
+        decision = within_bounds(replace(decision, reason=coded(decision.reason, one.reason)), places)
+        utterances.append(replace(one.utterance, decision=decision))
+    return utterances
 
 
 def within_bounds(decision: Decision, places: Iterable[NamedPlace] = ()) -> Decision:
