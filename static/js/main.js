@@ -18,7 +18,6 @@ import "./panels/lease-chip.js";
 import "./panels/map-card.js";
 import "./panels/map-switch.js";
 import "./panels/mark-sheets.js";
-import "./panels/notice-list.js";
 import "./panels/own-navigation-card.js";
 import "./panels/pending-command-card.js";
 import "./panels/place-list.js";

@@ -3,13 +3,12 @@ import { mock, test } from "node:test";
 import { standing } from "../../static/js/calibration/active-calibration.js";
 import { hint } from "../../static/js/calibration/board-hint.js";
 import { cameraRows, decimals, mountRows, poseRows } from "../../static/js/calibration/figures.js";
-import { known, share } from "../../static/js/calibration/progress.js";
+import { heat, heatWords, known, share } from "../../static/js/calibration/progress.js";
 import { hashOf, placeOf } from "../../static/js/calibration/router.js";
-import { heat, heatWords } from "../../static/js/calibration/uncertainty-map.js";
 import { grouped } from "../../static/js/calibration/uploads.js";
 import { webcamRefusal } from "../../static/js/calibration/webcam.js";
 import { mirrored, Pace, quietWords } from "../../static/js/calibration/words.js";
-import { sure } from "../../static/js/ui/confirm-button.js";
+import { sure } from "../../static/js/ui/row-question.js";
 
 /** @import { Calibration, Pixel, Verdict } from "../../static/js/calibration/types.js" */
 

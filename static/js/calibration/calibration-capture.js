@@ -1,10 +1,9 @@
 // Capture step of the camera and laser wizards: picture, advice, verdict and progress.
 
-import { make, mark, write } from "../ui/element.js";
+import { action, make, mark, say, write } from "../ui/element.js";
 import { takeDrops } from "../ui/file-drop.js";
 import { remember } from "../ui/local-storage.js";
 import { t } from "../ui/texts.js";
-import { action, say } from "./action.js";
 import * as api from "./api.js";
 import { CameraChoice, EmptyStage, GainsCard, KnownCard, ProgressCard, UploadsCard } from "./capture-cards.js";
 import { CornerMarker } from "./corner-marker.js";

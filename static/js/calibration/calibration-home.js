@@ -1,8 +1,8 @@
 // Start page of the calibration: active calibrations, sessions begun before, and the three wizards.
 
 import { address } from "../net/api.js";
-import { sure } from "../ui/confirm-button.js";
 import { cardHead, icon, iconButton, isNew, make, write } from "../ui/element.js";
+import { sure } from "../ui/row-question.js";
 import { t } from "../ui/texts.js";
 import { inWords, since, standing } from "./active-calibration.js";
 import * as api from "./api.js";

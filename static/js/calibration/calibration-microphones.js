@@ -1,11 +1,10 @@
 // Wizard for the microphone array: claps from known directions give its orientation on the robot.
 // Element <clap-compass>: requested and measured clap directions around the robot, and the array’s orientation.
 
-import { iconButton, isNew, make, mark, svg, write } from "../ui/element.js";
+import { action, iconButton, isNew, make, mark, svg, write } from "../ui/element.js";
 import { degrees } from "../ui/format.js";
 import { meter } from "../ui/meter.js";
 import { t } from "../ui/texts.js";
-import { action } from "./action.js";
 import * as api from "./microphones-api.js";
 import { WizardStep } from "./wizard-step.js";
 

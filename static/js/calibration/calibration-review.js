@@ -2,8 +2,8 @@
 // Element <before-after>: one view as taken and undistorted, with a movable divider.
 
 import { sentenceOf } from "../net/api.js";
-import { sure } from "../ui/confirm-button.js";
 import { cardHead, icon, isNew, make, mark, redraw, write } from "../ui/element.js";
+import { sure } from "../ui/row-question.js";
 import { inLanguage, t } from "../ui/texts.js";
 import * as api from "./api.js";
 import { GainsCard } from "./capture-cards.js";

@@ -11,8 +11,7 @@ import { remember, remembered } from "../ui/local-storage.js";
 import { meter } from "../ui/meter.js";
 import { inLanguage, t } from "../ui/texts.js";
 import { DIRECTIONS } from "./figures.js";
-import { figures, known, share } from "./progress.js";
-import { heatPicture, heatWords, SPAN } from "./uncertainty-map.js";
+import { figures, heatPicture, heatWords, known, SPAN, share } from "./progress.js";
 import { grouped } from "./uploads.js";
 
 /** @import { Calibration, Uncertainty } from "./types.js" */

@@ -11,7 +11,7 @@ import { isDark } from "../ui/theme.js";
 import * as api from "./api.js";
 import { paint } from "./capture-cards.js";
 import { cameraRows, mountRows, poseRows } from "./figures.js";
-import { heatWords } from "./uncertainty-map.js";
+import { heatWords } from "./progress.js";
 
 /** @import { Calibration } from "./types.js" */
 

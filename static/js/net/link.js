@@ -1,6 +1,9 @@
 // WebSocket link to the console: reconnects, measures round trip and rate.
+// Requests sent over the socket that have no answer yet.
 
-/** @import { Down, Up } from "./messages.js" */
+import { t } from "../ui/texts.js";
+
+/** @import { Down, Up, AnswerMessage as Answer } from "./messages.js" */
 
 export const QUIET_MS = 3000; // without a message for that long the socket counts as dead
 const CAMERA_HEADER_BYTES = 16; // u8 kind = 1, 3 bytes of padding, u32 sequence number, f64 stamp [s], little endian
@@ -204,5 +207,44 @@ export class Link {
     if (!this.#hello || now - this.#echoAt <= ECHO_MS) return;
     this.#echoAt = now;
     this.send({ kind: "echo", t: now });
+  }
+}
+
+const ANSWER_MS = 5000;
+
+export class Asking {
+  /** @type {Map<number, (answer: Answer) => void>} */
+  #waiting = new Map();
+  #ref = 0;
+
+  /** @param {(ref: number) => boolean} send returns true when it was sent @returns {Promise<Answer>} */
+  ask(send) {
+    this.#ref += 1;
+    const ref = this.#ref;
+    /** @param {string} detail @returns {Answer} */
+    const none = (detail) => ({ kind: "answer", ref, ok: false, status: 0, detail });
+    return new Promise((resolve) => {
+      this.#waiting.set(ref, resolve);
+      if (!send(ref)) {
+        this.#waiting.delete(ref);
+        resolve(none(t("pending-answers.the_link_is_lost_nothing_was")));
+        return;
+      }
+      setTimeout(() => {
+        if (this.#waiting.delete(ref)) resolve(none(t("pending-answers.no_answer_came_look_at_the")));
+      }, ANSWER_MS);
+    });
+  }
+
+  /** @param {Answer} answer */
+  hear(answer) {
+    this.#waiting.get(answer.ref)?.(answer);
+    this.#waiting.delete(answer.ref);
+  }
+
+  lose() {
+    for (const [ref, answer] of this.#waiting)
+      answer({ kind: "answer", ref, ok: false, status: 0, detail: t("pending-answers.the_link_was_lost") });
+    this.#waiting.clear();
   }
 }

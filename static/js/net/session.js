@@ -4,15 +4,14 @@ import { onlyWatched, permission } from "../drive/permission.js";
 import { t, translate } from "../ui/texts.js";
 import { unlessStopped } from "../voice/spoken-answers.js";
 import * as api from "./api.js";
-import { Link } from "./link.js";
-import { Asking } from "./pending-answers.js";
+import { Asking, Link } from "./link.js";
 
 /** @import { Calibration } from "../calibration/types.js" */
 /** @import { DriveFrame, Permission } from "../drive/drive.js" */
-/** @import { LinkHealth } from "./link.js" */
 /** @import { Kind } from "../drive/suggest.js" */
-/** @import { HistoryRow } from "./rest.js" */
+/** @import { LinkHealth } from "./link.js" */
 /** @import { AnswerMessage as Answer, HelloMessage as Hello, PlaybackMessage, State } from "./messages.js" */
+/** @import { HistoryRow } from "./rest.js" */
 /** @typedef {{text: string, answer: Answer, source: "typed" | "chip" | "click", at: number}} Said `at`: sent [ms] */
 /** @typedef {{seq: number, stamp: number, jpeg: Uint8Array<ArrayBuffer>}} Picture */
 /** @typedef {Partial<Omit<PlaybackMessage, "kind" | "ref">> & {action: "play" | "pause" | "seek" | "speed" | "way"}} PlaybackOrder */

@@ -1,11 +1,11 @@
 // Element <place-list>: the named places of the map; a press sends the robot there.
 
 import { marksOf, removePlace, removeZone, wordsTo } from "../net/marks-api.js";
-import { sure } from "../ui/confirm-button.js";
 import { icon, iconButton, isNew, make } from "../ui/element.js";
 import { degrees, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
+import { sure } from "../ui/row-question.js";
 import { t } from "../ui/texts.js";
 
 /** @import { Place } from "../net/marks-api.js" */

@@ -1,10 +1,10 @@
 // Element <sign-in-sheet>: a link for a phone or another person, and the end of a login or a key.
 
 import * as api from "../net/api.js";
-import { sure } from "../ui/confirm-button.js";
 import { make, nameField, onSubmit, svg, write } from "../ui/element.js";
 import { date } from "../ui/format.js";
 import { refill } from "../ui/press.js";
+import { sure } from "../ui/row-question.js";
 import { Sheet } from "../ui/sheet.js";
 import { t } from "../ui/texts.js";
 

@@ -1,7 +1,6 @@
 // Element <people-enrollment>: enrollment of a person: empty room, gestures, name.
 
-import { action, say } from "../calibration/action.js";
-import { icon, iconButton, isNew, make, mark, nameField, onSubmit, write } from "../ui/element.js";
+import { action, icon, iconButton, isNew, make, mark, nameField, onSubmit, say, write } from "../ui/element.js";
 import { takeDrops } from "../ui/file-drop.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { PagePanel } from "../ui/panel.js";

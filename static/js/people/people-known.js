@@ -1,9 +1,8 @@
 // Element <people-known>: list of known people; selects the one that the robot comes to.
 
-import { action } from "../calibration/action.js";
 import { since } from "../calibration/active-calibration.js";
 import { fetchLookingModel, looking } from "../net/api.js";
-import { iconButton, isNew, make, nameField, onSubmit, write } from "../ui/element.js";
+import { action, iconButton, isNew, make, nameField, onSubmit, write } from "../ui/element.js";
 import { ModelOffer } from "../ui/model-offer.js";
 import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";

@@ -1,4 +1,5 @@
 // Create elements, and change them only where something differs.
+// Button with an icon and a label, both of which can change.
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -145,3 +146,13 @@ export const numberField = (says, bounds, look = "") =>
 /** A head of a card. @param {string} title @param {...Child} rest stand at its end */
 export const cardHead = (title, ...rest) =>
   make("div.card-head", make("h2.card-title", title), rest.length > 0 && make("span.spring"), ...rest);
+
+/** @param {string} drawing @param {string} words @param {() => void} [onclick] */
+export const action = (drawing, words, onclick) =>
+  make("button.button", { "data-does": drawing, onclick }, icon(drawing), make("span", words));
+
+/** @param {HTMLButtonElement} button @param {string} words @param {string} drawing */
+export function say(button, words, drawing) {
+  write(/** @type {Element} */ (button.lastElementChild), words);
+  redraw(/** @type {SVGElement} */ (button.firstElementChild), drawing);
+}

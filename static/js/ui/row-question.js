@@ -1,6 +1,7 @@
 // A question in a row of a list, which asks one at a time.
+// Button that asks for a second press before it acts.
 
-import { make } from "./element.js";
+import { make, write } from "./element.js";
 import { t } from "./texts.js";
 
 /**
@@ -39,4 +40,34 @@ export function confirmIn(row, sentence, does, act, stay = () => row.querySelect
   question.append(make("p", sentence), answer("button primary", does, act), no);
   no.focus();
   question.scrollIntoView({ block: "nearest" });
+}
+
+const ASKS_MS = 6000; // then the button returns to its first label
+
+/**
+ * @param {HTMLButtonElement} button of words alone
+ * @param {string} question what a second press will do
+ * @returns {boolean} true on the second press
+ */
+export function sure(button, question) {
+  const asked = button.dataset["asks"];
+  if (asked !== undefined) {
+    settle(button, asked);
+    return true;
+  }
+  const words = button.textContent ?? "";
+  button.dataset["asks"] = words;
+  button.dataset["name"] = button.getAttribute("aria-label") ?? "";
+  button.removeAttribute("aria-label");
+  write(button, question);
+  setTimeout(() => button.dataset["asks"] === words && settle(button, words), ASKS_MS);
+  return false;
+}
+
+/** @param {HTMLButtonElement} button @param {string} words */
+function settle(button, words) {
+  write(button, words);
+  if (button.dataset["name"]) button.setAttribute("aria-label", button.dataset["name"]);
+  delete button.dataset["asks"];
+  delete button.dataset["name"];
 }
