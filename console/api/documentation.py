@@ -1,11 +1,14 @@
-"""The description of the HTTP interface: OpenAPI, and the reference page of Help. Nothing comes from other hosts."""
+"""The descriptions of the HTTP interface and of the sockets' messages, and the reference page of Help."""
 
 from __future__ import annotations
 
 import asyncio
+import inspect
 import json
 import re
+from typing import Any, get_args
 
+import msgspec
 from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import RedirectResponse
 
@@ -14,7 +17,7 @@ from console.api import PROBLEM, PROBLEMS
 from console.api.help import rendered
 from console.api.typed_route import REF, OpenApi, TypedRoute, schemas_of
 from console.http.problems import wanted_page
-from console.messages.json_schema import socket_schema
+from console.messages import audio, inbound, state
 from core.sentences import static_folder
 
 documentation = APIRouter()
@@ -35,6 +38,13 @@ STEPS = """Three steps to a robot that moves:
 
 Errors are `application/problem+json` with a sentence in `detail` to act on. The messages of the sockets `/ws` and
 `/ws/audio` are described in `/api/socket.json`."""
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+UNIONS = {
+    "Up": (inbound.Up, "From the browser on /ws"),
+    "Down": (state.Down, "To the browser on /ws; the camera comes as binary beside it"),
+    "AudioUp": (audio.AudioUp, "From the browser on /ws/audio; the sound goes as binary beside it"),
+    "AudioDown": (audio.AudioDown, "To the browser on /ws/audio"),
+}
 
 
 class DescribedApp(FastAPI):
@@ -157,3 +167,23 @@ async def page(request: Request) -> Response:
     file = static_folder() / "docs" / "reference" / "rest.md"
     text = await asyncio.to_thread(rendered, file, file.stat().st_mtime_ns, "./")
     return Response(at_address(text, request), media_type="text/html")
+
+
+def socket_schema() -> dict[str, Any]:
+    """One schema document: every message and part under `$defs`, and a union for each direction of each socket."""
+    kinds = [kind for union, _ in UNIONS.values() for kind in get_args(union)]
+    shapes, parts = msgspec.json.schema_components(kinds, ref_template="#/$defs/{name}")
+    for part in parts.values():
+        if "description" in part:
+            part["description"] = inspect.cleandoc(part["description"])  # as msgspec itself does from 0.23 on
+    by_kind = dict(zip(kinds, shapes, strict=True))
+    unions = {
+        name: {"description": about, "oneOf": [by_kind[kind] for kind in get_args(union)]}
+        for name, (union, about) in UNIONS.items()
+    }
+    return {
+        "$schema": DIALECT,
+        "title": "Messages of Beckon's sockets",
+        "anyOf": [{"$ref": f"#/$defs/{name}"} for name in unions],
+        "$defs": parts | unions,
+    }

@@ -40,8 +40,7 @@ from console.messages.calibration import (
 from console.part import Part
 from console.robot.supervisor import RobotSupervisor
 from console.workers.demo_runner import DemoRunner
-from console.workers.queue_limit import QueueLimit
-from console.workers.tasks import end
+from console.workers.tasks import QueueLimit, end
 from console.workers.worker import Worker
 from core.calibration.reports import CameraReport, LaserReport
 from core.robots import Profile

@@ -28,8 +28,7 @@ from console.messages.map import MapState
 from console.part import Part
 from console.robot.supervisor import RobotSupervisor
 from console.workers.job import Answer, Job
-from console.workers.queue_limit import QueueLimit
-from console.workers.tasks import to_the_end
+from console.workers.tasks import QueueLimit, to_the_end
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, BeckonError
 from core.files import checksum, saving, write_atomic

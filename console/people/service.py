@@ -22,7 +22,7 @@ from console.people.store import CARD_VERSION, MOST_PEOPLE, PersonFile, PersonSt
 from console.people.worker import JudgePicture, LearnPerson, PersonPicture, PixelPicture, ReadBackground
 from console.robot.supervisor import RobotSupervisor
 from console.workers.job import Answer, Job
-from console.workers.queue_limit import QueueLimit
+from console.workers.tasks import QueueLimit
 from console.workers.worker import Worker, WorkerLost
 from core.errors import Refused, Unavailable
 from core.files import saving

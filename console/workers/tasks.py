@@ -1,8 +1,11 @@
-"""Asyncio tasks: work that is seen to its end, and ends that are waited for."""
+"""Asyncio tasks: work that is seen to its end, ends that are waited for, and turns at what takes memory."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import AsyncGenerator, Callable
+from contextlib import asynccontextmanager
 from typing import Any, TypeVar
+
+from console.http.problems import Problem
 
 T = TypeVar("T")
 
@@ -23,3 +26,24 @@ async def end(*tasks: asyncio.Task[Any] | None) -> None:
     for task in begun:
         task.cancel()
     await asyncio.gather(*begun, return_exceptions=True)
+
+
+class QueueLimit:
+    """Lives on the event loop. Nothing should be held in memory before the turn has come."""
+
+    def __init__(self, most: int) -> None:
+        """`most`: who has the turn and those who wait for it."""
+        self._most, self._here = most, 0
+        self._turn = asyncio.Lock()
+
+    @asynccontextmanager
+    async def taken(self) -> AsyncGenerator[None, None]:
+        """While one has the turn. Raises Problem 429 when too many wait already."""
+        if self._here >= self._most:
+            raise Problem(429, "Too many ask for this at once; try again in a moment.")
+        self._here += 1
+        try:
+            async with self._turn:
+                yield
+        finally:
+            self._here -= 1

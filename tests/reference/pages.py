@@ -9,7 +9,7 @@ from typing import Any, cast, get_args, get_type_hints
 import msgspec
 
 from console.access.roles import declared
-from console.api.documentation import ADDRESS
+from console.api.documentation import ADDRESS, socket_schema
 from console.api.typed_route import TypedRoute
 from console.app import described_app
 from console.cli import build_parser
@@ -17,7 +17,6 @@ from console.cli.settings import rows
 from console.fleet_server.api import FleetState
 from console.messages import inbound
 from console.messages import state as messages
-from console.messages.json_schema import socket_schema
 from core.commands import VOCABULARY
 from core.robots.injected_faults import INJECTABLE_FAULTS
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile

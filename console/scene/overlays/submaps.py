@@ -1,7 +1,5 @@
 """The rooms that the floor is made of, and the places that were recognised."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from viser import LabelHandle, SceneApi
 
@@ -24,16 +22,6 @@ FLOOR_HEIGHT_M = 0.012
 COLOURS: dict[ClosureState, Colour] = {"accepted": CLOSURE, "doubtful": DOUBT, "undone": UNSURE}
 
 
-@dataclass(frozen=True)
-class VisibleSubmap:
-    """To a centimetre."""
-
-    id: int
-    place: tuple[float, float, float]
-    extent: tuple[float, ...]
-    active: bool
-
-
 class Submaps:
     """A frame around each with its number, the one with the robot stands out; nothing while there is one room."""
 
@@ -41,7 +29,7 @@ class Submaps:
         self._scene = scene
         self._frames = Lines(scene, "/rooms/frames", ROOM, 1.6)
         self._labels: dict[int, LabelHandle] = {}
-        self._shown: tuple[VisibleSubmap, ...] = ()
+        self._shown: tuple[tuple[float, ...], ...] = ()
 
     def show(self, snapshot: Snapshot) -> None:
         rooms = snapshot.floor.submaps if len(snapshot.floor.submaps) > 1 else ()
@@ -62,10 +50,11 @@ class Submaps:
         self._labels[room.id].position = (x, y, LABEL_HEIGHT_M)
 
 
-def visible(room: SubmapView) -> VisibleSubmap:
+def visible(room: SubmapView) -> tuple[float, ...]:
+    """Number, place to a centimetre, extent, and whether the robot is in it."""
     at = room.pose
-    extent = tuple(np.round(room.extent, 1).ravel().tolist())
-    return VisibleSubmap(room.id, (round(at.x, 2), round(at.y, 2), round(at.heading, 3)), extent, room.active)
+    extent = np.round(room.extent, 1).ravel().tolist()
+    return room.id, round(at.x, 2), round(at.y, 2), round(at.heading, 3), *extent, room.active
 
 
 def frame(room: SubmapView) -> Array:

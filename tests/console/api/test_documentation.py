@@ -14,10 +14,9 @@ import msgspec
 import pytest
 
 from console.__main__ import main
-from console.api.documentation import ADDRESS, DescribedApp, add_schemas
+from console.api.documentation import ADDRESS, UNIONS, DescribedApp, add_schemas, socket_schema
 from console.app import ROUTERS
 from console.messages import inbound
-from console.messages.json_schema import UNIONS, socket_schema
 from tests.console.live import Live, hear
 from tests.reference.pages import rest_page
 from tests.test_docs import DOCS, FENCE, PAGES
