@@ -17,8 +17,6 @@ Picture = tuple[float, bytes]  # stamp [s], JPEG
 
 
 class CameraStream:
-    """One slot of the broadcaster."""
-
     def __init__(self, broadcaster: Broadcaster) -> None:
         self._broadcaster = broadcaster
         self._number = 0

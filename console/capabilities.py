@@ -43,8 +43,6 @@ from core.snapshot import VoiceDirection
 
 @dataclass(frozen=True, kw_only=True)
 class ConsoleBase:
-    """The pieces that every capability may be built on."""
-
     home: Path
     settings: Settings
     settings_file: Path | None  # None: in the data folder

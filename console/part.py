@@ -80,7 +80,6 @@ class Parts:
         raise KeyError(kind)
 
     def add(self, part: PartT) -> PartT:
-        """Append a part, before the console is opened."""
         self._parts.append(part)
         return part
 

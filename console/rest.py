@@ -41,5 +41,4 @@ class StatePace:
         return now - self._sent >= gap + later
 
     def sent(self, now: float, situation: tuple[object, ...]) -> None:
-        """A state is sent now."""
         self._sent, self._situation = now, situation

@@ -35,7 +35,6 @@ class ServiceManagerWatchdog(Part):
         self._due = 0.0
 
     def tick(self, now: float) -> None:
-        """Send a sign when one is due."""
         if self._period is not None and now >= self._due:
             self._due = now + self._period
             notify("WATCHDOG=1")

@@ -43,8 +43,6 @@ from core.snapshot import ActiveCommandStatus, CameraView, Comparison, Snapshot
 
 @dataclass(frozen=True)
 class StateContext:
-    """The console's part of the state, besides the snapshot."""
-
     robot: RobotSupervisor
     lease: Lease
     history: History

@@ -56,8 +56,6 @@ class Access:
 
 
 class Visit:
-    """The credentials, origin and host that a request or a socket shows."""
-
     def __init__(self, scope: Scope) -> None:
         self.socket = scope["type"] == "websocket"
         self.unsafe = self.socket or scope["method"] not in SAFE_METHODS

@@ -148,7 +148,6 @@ class Logins:
     # the disk
 
     def take_unsaved(self) -> list[Change]:
-        """The changes that are not on disk yet."""
         return list(self._unsaved)
 
     def synced(self, on_disk: Records, saved: int) -> list[Person]:

@@ -30,7 +30,6 @@ SENTENCES = {
 
 @asynccontextmanager
 async def opened(app: FastAPI) -> AsyncGenerator[None]:
-    """The runtime of an application for as long as it serves."""
     try:
         await app.state.runtime.open()
         yield

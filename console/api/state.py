@@ -100,7 +100,6 @@ class Metric:
 
     @property
     def lines(self) -> Iterator[str]:
-        """Prometheus' text form."""
         yield f"# HELP beckon_{self.name} {self.about}"
         yield f"# TYPE beckon_{self.name} {self.kind}"
         for labels, figure in self.figures:
@@ -150,7 +149,6 @@ def figures_of(behind: Runtime) -> Iterable[Metric]:
 
 
 def gauge(name: str, about: str, figure: float | None) -> Metric:
-    """A figure without labels."""
     return Metric(name, "gauge", about, (({}, figure),))
 
 

@@ -88,7 +88,6 @@ class SessionUpdates:
 
 
 def topic_of(session_id: str) -> str:
-    """A session's kind in the broadcaster."""
     return f"calibration:{session_id}"
 
 

@@ -65,7 +65,6 @@ class CalibrationSession(ABC):
 
     @property
     def pid(self) -> int | None:
-        """Of its worker, while there is one."""
         return self._worker.pid
 
     @property
@@ -323,8 +322,6 @@ class CameraCalibrationSession(CalibrationSession):
 
 
 class LaserCalibrationSession(CalibrationSession):
-    """A session that finds how a calibrated camera is mounted on the laser."""
-
     def _opening(self) -> jobs.OpenLaser:
         camera, mount = self.card.camera, self.card.mount
         assert camera is not None and mount is not None

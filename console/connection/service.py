@@ -119,7 +119,6 @@ class ConnectionService(Part):
         return await asyncio.to_thread(self._robot.ask, SwitchSpeeds(type=name))
 
     async def files(self) -> list[str]:
-        """The names of the robot files that were written here."""
         return await asyncio.to_thread(lambda: sorted(path.name for path in self._folder.glob("*.toml")))
 
     async def opened_here(self) -> list[str]:

@@ -85,7 +85,6 @@ class HistoryStore:
         return remembered
 
     def keep(self, entry: HistoryEntry) -> None:
-        """Write an entry, or write it again."""
         self._kept += 1
         self._waiting.put(entry)
 

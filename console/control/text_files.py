@@ -46,8 +46,6 @@ class TextFileSource:
 
 
 class TextFileReader:
-    """A folder that is looked at again and again."""
-
     def __init__(self, folder: Path) -> None:
         """Raises BadInput where there is no such folder or nothing may be written into it."""
         check_folder("--text-files", folder)
@@ -151,8 +149,6 @@ def mark_of(file: int) -> Mark:
 
 
 class TextFileWriter:
-    """A folder into which understood words are written."""
-
     def __init__(self, folder: Path, option: str) -> None:
         """`option`: the one that named the folder. Raises BadInput where it cannot be used."""
         check_folder(option, folder)

@@ -120,7 +120,6 @@ class FleetRuntime:
             self._loop.call_soon_threadsafe(self.shut_down)
 
     def forget(self, who: Person) -> None:
-        """This person signed out."""
         self._keys = {at: key for at, key in self._keys.items() if at[0] != who.id}
 
     def sign_out(self, who: Person, why: str) -> None:

@@ -214,7 +214,6 @@ class EnrollmentDemo:
         await self._runner.stop()
 
     def drop(self) -> None:
-        """The same without waiting for it."""
         self._runner.cancel()
 
     async def send_away(self) -> None:

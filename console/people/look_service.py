@@ -87,7 +87,6 @@ class LookService(Part):
             self._wake.set()
 
     def equip(self, pilot: Pilot) -> None:
-        """A pilot asks what the settings name, where it is here now."""
         pilot.find_people_with(self.for_pilot)
 
     async def close(self) -> None:

@@ -121,7 +121,6 @@ class EnrollmentService(Part):
             self._over()
 
     def equip(self, pilot: Pilot) -> None:
-        """A pilot comes to the chosen person alone."""
         pilot.obey_only(self.chosen)
 
     @property

@@ -69,7 +69,6 @@ class PersonFile(msgspec.Struct, forbid_unknown_fields=True):
 
     @property
     def who(self) -> PersonProfile:
-        """As perception takes it."""
         return PersonProfile(name=self.name, looks=self.looks.appearance, pictures=self.pictures)
 
 

@@ -44,7 +44,6 @@ class TranscriptionClient(Worker):
         return self.alive and self.starts == self._begun
 
     def learn(self, places: tuple[NamedPlace, ...]) -> None:
-        """Hear these places by their names from the next sound on."""
         self._places, self._places_sent = places, False
 
     async def begun(self) -> bool:

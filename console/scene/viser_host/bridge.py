@@ -35,7 +35,6 @@ class Bridge:
         self._connection = Connection(subprotocol, send, person=person, tab=tab)
 
     def close(self, code: int, reason: str) -> None:
-        """End it soon."""
         self._why = (code, reason)
         self._over.set()
 

@@ -146,7 +146,6 @@ export class CameraChoice extends HTMLElement {
     });
   }
 
-  /** The id of the camera that was chosen before; undefined when none was. */
   get chosen() {
     return remembered("webcam", "") || undefined;
   }

@@ -86,7 +86,6 @@ export class PictureStage extends HTMLElement {
     return film !== null;
   }
 
-  /** Flash the frame once: a view was counted. */
   flash() {
     this.classList.add("is-counted");
     clearTimeout(this.#timer);

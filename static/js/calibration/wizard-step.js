@@ -10,9 +10,7 @@ export class WizardStep extends PagePanel {
   /** @override */
   changed() {} // the page draws the step that is open
 
-  /** Called when this step is opened. */
   opened() {}
 
-  /** Called when another step is opened. */
   left() {}
 }

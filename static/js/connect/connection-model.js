@@ -91,7 +91,6 @@ export class ConnectionModel extends PageModel {
     });
   }
 
-  /** Return to the console's own robot. */
   async back() {
     this.probed = this.changed = false;
     this.choices.clear();

@@ -154,7 +154,6 @@ export class OperatorInput {
   }
 }
 
-/** Draw a random number for a new press. */
 function drawPress() {
   const [drawn = 1] = crypto.getRandomValues(new Uint32Array(1));
   return drawn || 1;

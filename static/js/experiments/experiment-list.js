@@ -125,7 +125,6 @@ function lastOf(run) {
 /** @param {string} [words] */
 const note = (words = "") => make("span.note", words);
 
-/** A row whose words are still to come. */
 const skeleton = () =>
   make("tr.experiment-skeleton", { "aria-hidden": "true" }, make("td", { colspan: "5" }, make("span"), make("span")));
 

@@ -217,7 +217,6 @@ export class FleetMaps extends HTMLElement {
       );
   }
 
-  /** Ask for the saved maps of the robot that is chosen. */
   async #list() {
     const name = this.#from.select.value;
     if (!name || !this.#taking.open) return;

@@ -34,7 +34,6 @@ export class FleetSession extends EventTarget {
     this.addEventListener(name, (event) => listener(/** @type {CustomEvent} */ (event).detail));
   }
 
-  /** Begin, or begin again after signing in. */
   async begin() {
     clearTimeout(this.#timer);
     try {

@@ -349,7 +349,6 @@ export class Session {
     this.tell("restarted", null);
   }
 
-  /** The sentence about the restart was read. */
   dismissRestart() {
     this.#restarted = false;
   }
@@ -361,7 +360,6 @@ export class Session {
     setTimeout(() => void this.begin(), BACK_MS);
   }
 
-  /** The sentence about lost control was read. */
   dismissLostControl() {
     this.#lostControl = null;
   }

@@ -64,7 +64,6 @@ class HistoryList extends Panel {
     for (const button of this.querySelectorAll("button")) button.disabled = permission.may === "no";
   }
 
-  /** Result of the newest speech quality measurement. */
   async #readScore() {
     const runs = await qualityRuns().catch(() => []);
     const newest = runs.find(({ summary }) => summary);

@@ -43,7 +43,6 @@ export class EnrollmentModel extends PageModel {
     return this.state?.enrollment ?? null;
   }
 
-  /** True when the running enrollment belongs to this user. */
   get mine() {
     return this.enrollment !== null && this.enrollment.owner === this.session.hello?.you.id;
   }

@@ -90,7 +90,6 @@ export class PeopleStage extends HTMLElement {
     this.querySelector("video")?.remove();
   }
 
-  /** True when a picture can be taken. */
   get ready() {
     return this.#source !== "upload" && this.#camera?.frame !== null;
   }

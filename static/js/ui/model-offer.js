@@ -30,7 +30,6 @@ export class ModelOffer {
     return [this.#says, this.#button];
   }
 
-  /** Ask what works now, and show it. */
   async show() {
     await this.#attempt(async () => {
       const { active, installed, megabytes, gives, licence } = await this.#read();

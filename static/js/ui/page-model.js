@@ -84,7 +84,6 @@ export class PageModel {
     return this.#failed === "";
   }
 
-  /** Forget what did not work. */
   forgive() {
     this.#failed = "";
   }

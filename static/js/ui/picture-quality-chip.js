@@ -23,7 +23,6 @@ export class PictureChip {
   #rows = make("dl.pairs");
   #wanted = "";
   #since = 0;
-  /** The chip. */
   button = make("button.quality-chip", { hidden: true }, this.#dot, this.#text);
   /** The panel that it opens over the picture. */
   panel = make(

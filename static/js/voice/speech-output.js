@@ -40,7 +40,6 @@ export class SpeechOutput {
     void this.#go();
   }
 
-  /** Fall silent at once. */
   hush() {
     this.#waiting = [];
     this.#turn += 1;
