@@ -9,6 +9,7 @@ import numpy as np
 
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar, ReadUtterance
 from console.workers.worker import Worker
+from core.commands.routes import START_ROUTE
 from core.commands.stop_at import command_to
 from core.message import Array
 from core.navigation.places import NamedPlace
@@ -118,7 +119,8 @@ def within_bounds(decision: Decision, places: Iterable[NamedPlace] = ()) -> Deci
     if given is None or decision.verdict == "reject":
         return replace(decision, verdict="reject", command=None)
     if given.place:
-        place = next((one for one in places if one.name == given.place), None)
+        of_route = given.name == START_ROUTE.name
+        place = next((one for one in places if one.name == given.place and one.route == of_route), None)
         command = Refusal("There is no place of that name any more.") if place is None else command_to(place)
     else:
         command = command_of(given.name, given.numbers, spoken=True)

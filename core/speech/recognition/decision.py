@@ -12,6 +12,7 @@ from typing import Literal
 
 from core.commands import has_said_numbers, needs_confirmation, spec_of
 from core.commands.command import Command
+from core.commands.routes import PAUSE_ROUTE
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import message
 from core.sentences import Statement
@@ -61,8 +62,8 @@ class Decision:
 
     @property
     def stops(self) -> bool:
-        """True where the robot stops."""
-        return self.command is not None and self.command.name == STOP_MOVING.name
+        """True where the robot stops, whatever it does: "pause" is no less a STOP where there are routes."""
+        return self.command is not None and self.command.name in (STOP_MOVING.name, PAUSE_ROUTE.name)
 
     @property
     def echo(self) -> str:

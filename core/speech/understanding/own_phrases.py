@@ -15,6 +15,7 @@ from typing import Any
 
 from core.commands import SPECS, VOCABULARY
 from core.commands.command import CommandSpec
+from core.commands.routes import START_ROUTE
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import BadInput
 from core.speech.understanding.grammar import OTHER_WORDS, OwnPhrase, OwnPhrases, compiled, says_stop, slips
@@ -81,6 +82,8 @@ def too_close(one: str, other: str) -> bool:
 def _listed(entries: dict[str, Any]) -> Iterable[tuple[CommandSpec, str]]:
     count = 0
     for name, phrases in entries.items():
+        if name == START_ROUTE.name:
+            raise BadInput(f"{name} takes no phrases of your own: only the name of a route says which one starts.")
         if name not in SPECS:
             raise BadInput(f"there is no command {name[:40]!r}; there are {', '.join(SPECS)}.")
         if not isinstance(phrases, list) or not all(isinstance(one, str) for one in phrases):

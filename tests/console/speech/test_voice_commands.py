@@ -16,7 +16,7 @@ from console.speech.transcription_client import within_bounds
 from console.speech.voice_commands import HIGHER, NOT_OBEYED, VoiceCommands
 from core.commands import SPECS
 from core.commands.command import Command, CommandSpec
-from core.commands.routes import START_ROUTE
+from core.commands.routes import PAUSE_ROUTE, START_ROUTE
 from core.errors import Refused
 from core.navigation.places import NamedPlace
 from core.snapshot import VoiceDirection
@@ -253,7 +253,11 @@ def test_a_spoken_command_is_parsed_once(live: Live, spoken: VoiceCommands, monk
     assert newest(live)["name"] == "turn_left" and calls == ["turn left"]
 
 
-PLACES = (NamedPlace(name="sofa", x_m=9.0, y_m=9.0), NamedPlace(name="round", x_m=0.0, y_m=0.0, route=True))
+PLACES = (
+    NamedPlace(name="sofa", x_m=9.0, y_m=9.0),
+    NamedPlace(name="round", x_m=1.0, y_m=1.0),  # a place and a route of one name
+    NamedPlace(name="round", x_m=0.0, y_m=0.0, route=True),
+)
 
 
 @pytest.mark.parametrize("spec", SPECS.values(), ids=SPECS)
@@ -270,6 +274,24 @@ def test_every_command_that_words_can_mean_comes_through_the_bounds_of_speech(sp
         assert (kept.name, kept.numbers, kept.place) == (given.name, given.numbers, given.place)
     nowhere = Command(name=START_ROUTE.name, numbers={}, heard_as="start the route")
     assert within_bounds(Decision(verdict="accept", command=nowhere, words="start the route")).command is None
+
+
+@pytest.mark.parametrize("obey", [True, False])
+def test_a_voice_that_pauses_stops_whatever_moves_the_robot(
+    live: Live, spoken: VoiceCommands, monkeypatch: pytest.MonkeyPatch, obey: bool
+) -> None:
+    """A saved route makes "pause" a command of its own; it stops no less than without routes."""
+    pause = understand("pause", own=place_phrases(PLACES))
+    assert isinstance(pause, Command) and pause.name == PAUSE_ROUTE.name
+    monkeypatch.setitem(globals(), "decision", lambda words: Decision(verdict="accept", command=pause, words=words))
+    listen(live, obey)
+    typed = live.ask("POST", "/api/commands", {"text": "continue 3 meters"}, token=live.operator)
+    assert typed.status == 202
+    live.until(lambda: live.robot.status().v > 0.0)
+    assert said(live, "pause") == ""
+    entry = live.until(lambda: (one := live.runtime.history.find(typed.json["id"])).state != "running" and one)
+    assert entry.state == "cancelled"
+    live.until(lambda: live.robot.status().v == 0.0)
 
 
 def test_why_a_sentence_only_stopped_stays_with_the_stop() -> None:

@@ -65,6 +65,7 @@ def test_a_phrase_that_sounds_like_another_command_is_refused_with_the_pair(file
     ("text", "why"),
     [
         ("dance = []", "no command"),
+        ('start_route = ["off we go"]', "name of a route"),
         ("come_here = 3", "list of phrases"),
         ('come_here = ["Come, papa"]', "small ones"),
         ('come_here = ["a"]', "letters"),
