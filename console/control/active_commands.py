@@ -69,13 +69,17 @@ class ActiveCommands:
             for active in self._commands.values()
         )
 
+    def obeys(self, number: int) -> bool:
+        """Return whether this is the newest, and not cancelled."""
+        return number == next(reversed(self._commands), None) and number not in self._cancelled
+
     def does(self, command: Command) -> bool:
         """Return whether the newest is this very command, so that saying it again asks for nothing new."""
         number = next(reversed(self._commands), 0)
         newest = self._commands.get(number)
         return (
             newest is not None
-            and number not in self._cancelled
+            and self.obeys(number)
             and spec_of(command.name).idempotent
             and command.call is None
             and (newest.command.name, newest.command.numbers) == (command.name, command.numbers)

@@ -184,15 +184,16 @@ class CommandDispatcher:
         now = time.monotonic()
         self._lease.active(who, now)
         if moving and (why := self.hand_warning(message)):
-            self._warn_hand(message.press, why)
+            self._warn_hand(message.press, who, why)
             return
         if moving:
             self._press(message.press, who, now)
         self.setpoint_sender.jog(message)
 
-    def _warn_hand(self, press: int, why: str) -> None:
-        """Stop a hand, and say once for each press why. Raises Problem 409."""
+    def _warn_hand(self, press: int, who: Person, why: str) -> None:
+        """Stop a hand and the goal that it took over from, and say once for each press why. Raises Problem 409."""
         self.setpoint_sender.stop()
+        self._end_goal(who)
         warned, self._warned_press = self._warned_press, press
         if warned != press:
             raise Problem(409, why)
@@ -229,6 +230,10 @@ class CommandDispatcher:
     def busy_besides(self, sources: Container[str]) -> bool:
         """Return whether a hand drives, or a goal is under way that came another way than these."""
         return self._jog is not None or self._active.busy_besides(sources)
+
+    def obeys(self, number: int) -> bool:
+        """Return whether the command of this row in the history is under way, and no other is to take its place."""
+        return self._active.obeys(number)
 
     def halt(self, who: Person, source: str, press: int = 0) -> None:
         """The same, latched."""
@@ -428,13 +433,16 @@ class CommandDispatcher:
         holder = self._lease.holder
         self.setpoint_sender.hand_over(self._lease.epoch, holder.name if holder else None)
 
-    def _press(self, press: int, who: Person, now: float) -> None:
-        """A hand that drives ends a goal; the goal does not resume."""
+    def _end_goal(self, who: Person) -> None:
+        """A hand that drives, or would, ends a goal; the goal does not resume."""
         by_hand = Statement("command.by_hand", name=who.name)
         if self._active:
             self.cancel("pre-empted", by_hand)
         else:
             self._announce_end("pre-empted", by_hand)
+
+    def _press(self, press: int, who: Person, now: float) -> None:
+        self._end_goal(who)
         if self._jog is not None and self._jog.press == press:
             self._jog.seen = now
             return

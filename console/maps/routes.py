@@ -38,7 +38,6 @@ from core.errors import BadInput, BeckonError
 from core.files import write_atomic
 from core.geometry import Pose
 from core.message import Array
-from core.pilot.pilot import AGAIN, BLIND, NO_ODOMETRY
 from core.sensors import Image, SensorFrame
 from core.sentences import Statement, code_of, plain
 from core.snapshot import Ending, Snapshot
@@ -65,8 +64,8 @@ BUSY = Statement("routes.busy")
 LOST = Statement("routes.lost")
 LOW = Statement("routes.low")
 EXPECTED_ENDS = ("routes.done", "routes.paused", "routes.stopped")  # what a person asked for is no warning
-NEVER_AGAIN = frozenset((AGAIN, NO_ODOMETRY, BLIND))
-"""Ends of a command after which the way is not tried again: the robot does not know where it is."""
+NEVER_AGAIN = "pilot."
+"""Begin of the codes of ends after which the way is not tried again: a touch, or the robot is lost or blind."""
 
 
 class RouteRun(msgspec.Struct):
@@ -122,6 +121,7 @@ class RouteService(Part):
         self._tasks: set[asyncio.Task[None]] = set()
         self._own = False  # this service itself gives a command now
         self._battery: float | None = None
+        self._trouble: str | None = None  # why the base could not be driven, at the last time that it could not
         dispatcher.when_cancelled.append(self._cancelled)
         dispatcher.handlers |= {
             START_ROUTE.name: lambda command, who: self.start(command.place, who, unattended=False),
@@ -219,7 +219,7 @@ class RouteService(Part):
         elif run.state == "paused":
             if self._is_low:
                 raise Problem(409, LOW)
-            before, run.owner, run.tries, run.acts, run.rests = run.owner, who, 0, False, False
+            before, run.owner, run.tries, run.acts = run.owner, who, 0, False
             try:
                 self._drive(run)
             except Problem:
@@ -232,9 +232,11 @@ class RouteService(Part):
         return run
 
     def skip(self, who: Person) -> RouteRun:
-        """Leave out the stop that is driven to or stood at. Raises Problem 403, 409, 503."""
+        """Leave out the stop that is driven to or stood at. Raises Problem 403, 409, 503; 409 between two rounds."""
         run = self._running(who)
         self._lease.check_not_anothers(who)
+        if run.rests:
+            raise Problem(409, Statement("routes.rests"))
         paused = run.state == "paused"
         self._end_command(Statement("routes.skipped", who=who.name))
         self._note(run, "skipped", Statement("routes.skipped", who=who.name))
@@ -254,7 +256,7 @@ class RouteService(Part):
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """A robot that lost its place drives no route."""
-        self._battery = snapshot.battery
+        self._battery, self._trouble = snapshot.battery, frame.trouble or self._trouble
         self._image = frame.image or self._image
         self._stamp_pose = snapshot.stamp, snapshot.estimate.pose
         run = self.run_now
@@ -283,13 +285,17 @@ class RouteService(Part):
         return action == "wait_for_continue" or (action == "say" and self._voice.muted)
 
     def _look_at_command(self, run: RouteRun, now: float) -> None:
+        if self._dispatcher.obeys(run.command or 0):
+            run.reason = ""  # what was to pre-empt it was refused
         entry = self._history.find(run.command or 0)
         if entry is None or entry.state == "running":
             return
         run.command = None
-        if entry.state == "done":
+        if run.reason:
+            self._stand(run, "paused", run.reason)
+        elif entry.state == "done":
             self._arrived(run)
-        elif entry.remark in NEVER_AGAIN:
+        elif entry.remark == self._trouble or (code_of(entry.remark).code or "").startswith(NEVER_AGAIN):
             self._stand(run, "paused", entry.remark)
         else:
             self._blocked(run, entry.remark, now)
@@ -428,7 +434,7 @@ class RouteService(Part):
             entry = self._dispatcher.dispatch(command, SOURCE, run.owner)
         finally:
             self._own = False
-        run.command, run.state, run.reason = entry.id, "driving", ""
+        run.command, run.state, run.reason, run.rests = entry.id, "driving", "", False
 
     def _blocked(self, run: RouteRun, why: str, now: float) -> None:
         """The stop was not reached: try again after a while, then leave it out on a round, else end."""
@@ -453,8 +459,11 @@ class RouteService(Part):
         run = self.run_now
         if self._own or run is None or run.state not in ("driving", "waiting"):
             return
+        run.reason = why
+        if state == "pre-empted" and run.command is not None:
+            return  # it goes on where the pilot refuses the newer one: see `_look_at_command`
         run.command = None
-        run.state, run.reason = ("ended" if state == "failed" else "paused"), why
+        run.state = "ended" if state == "failed" else "paused"
         self._report(run)
 
     # steps of the above

@@ -21,6 +21,7 @@ from console.maps.routes import FILE, LOST, LOW, RouteRun, RouteService, seconds
 from console.speech.robot_voice import RobotVoice
 from core.pilot import Pilot
 from core.sensors import SensorFrame
+from core.sentences import Statement
 from core.slam.map.status import LostStatus
 from core.snapshot import Snapshot
 from tests.console.live import Live
@@ -131,6 +132,15 @@ def test_it_pauses_goes_on_skips_waits_and_stops(live: Live) -> None:
     stays(live, "ended")
 
 
+TOUCHED = Statement("pilot.touched")
+
+
+def base_fails(live: Live, why: str) -> None:
+    frame = SensorFrame(stamp=live.runtime.snapshot.stamp, trouble=why)
+    live.on_loop(lambda: live.runtime.parts[RouteService].on_snapshot(live.runtime.snapshot, frame))
+    doubting(live).cancel("failed", why)
+
+
 ENDS: dict[str, tuple[Callable[[Live], Any], str, str]] = {
     "STOP": (lambda live: call(live, "POST", "/api/stop", {}, token=live.viewer), "paused", "viewer"),
     "lost pose": (lambda live: setattr(doubting(live), "lost", LOST_STATUS), "paused", LOST),
@@ -144,6 +154,8 @@ ENDS: dict[str, tuple[Callable[[Live], Any], str, str]] = {
         "ended",
         "The gate stopped it.",
     ),
+    "a touch": (lambda live: doubting(live).cancel("failed", TOUCHED), "paused", TOUCHED),
+    "the base does not answer": (lambda live: base_fails(live, "It does not answer."), "paused", "does not answer"),
     "the pilot fails": (
         lambda live: live.on_loop(lambda: live.runtime.dispatcher.ended_without_pilot("The pilot failed.")),
         "ended",
@@ -179,6 +191,23 @@ def test_another_command_pauses_a_route_and_it_stays_so_when_that_is_done(live: 
     assert "turn left" in comes_to(live, "paused")["reason"]
     live.until(lambda: live.runtime.snapshot.active_command is None, 30)
     stays(live, "paused")
+
+
+def test_a_newer_command_that_is_refused_leaves_the_route_driving_and_its_stop_stops(live: Live) -> None:
+    call(live, "POST", "/api/places", {"name": "window", "x_m": 1.0, "y_m": 0.0}, status=201)
+    call(live, "POST", "/api/routes", {"name": "afar", "stops": [{"place": "window"}]}, status=201)
+    service, history = live.runtime.parts[RouteService], live.runtime.history
+    start(live, "afar")
+    run = service.run_now
+    assert run is not None
+    number = run.command
+    live.until(lambda: live.robot.status().v > 0.0)
+    newer = call(live, "POST", "/api/commands", {"text": "stop at 19 and 19"}, status=202)
+    assert live.until(lambda: (one := history.find(newer["id"])).state != "running" and one).state == "refused"
+    live.until(lambda: not run.reason)
+    assert (run.state, run.command) == ("driving", number)
+    call(live, "POST", "/api/route/stop", {})
+    stays(live, "ended")
 
 
 @pytest.mark.campaign
@@ -346,6 +375,19 @@ def test_rounds_begin_within_their_hours_only(live: Live) -> None:
         live.until(lambda: service.run_now.rounds == 2, 60)
     finally:
         service.clock = time.time
+
+
+def test_between_two_rounds_there_is_no_stop_to_leave_out(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    night = time.mktime((2026, 3, 2, 22, 0, 0, 0, 0, -1))
+    monkeypatch.setattr(live.runtime.parts[RouteService], "clock", lambda: night)
+    shift = {"name": "shift", "stops": [{"place": "desk"}, {"place": "sofa"}], "loop": True}
+    call(live, "POST", "/api/routes", {**shift, "begins": "08:30", "ends": "17:00"}, status=201)
+    call(live, "POST", "/api/routes/shift/start", {"unattended": True}, status=202)
+    assert "next round" in call(live, "POST", "/api/route/skip", {}, status=409)["detail"]
+    assert (progress(live)["state"], progress(live)["stop"]) == ("waiting", 1)
+    assert call(live, "POST", "/api/route/resume", {})["state"] == "driving"
+    run = live.runtime.parts[RouteService].run_now
+    assert run is not None and not run.rests and run.round_at == night
 
 
 def test_hours_may_lie_over_midnight() -> None:

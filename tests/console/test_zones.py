@@ -106,6 +106,22 @@ def test_a_hand_is_warned_and_enters_with_a_second_press(bare: Live) -> None:
     bare.on_loop(lambda: dispatcher.forget(hand))
 
 
+def test_a_hand_that_is_warned_ends_the_goal_that_was_under_way(bare: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    dispatcher, ended = bare.runtime.dispatcher, list[str]()
+    begun = call(bare, "POST", "/api/commands", {"text": "continue 1 meters"}, status=202)
+    bare.until(lambda: bare.robot.status().v > 0.0)
+    monkeypatch.setattr(dispatcher, "hand_warning", lambda _: "A zone is ahead.")
+    monkeypatch.setattr(dispatcher, "when_cancelled", [lambda state, why, _: ended.append(state)])
+    holder = bare.runtime.lease.holder
+    assert holder is not None
+    with pytest.raises(Problem, match="A zone is ahead"):
+        bare.on_loop(lambda: dispatcher.drive(JogMessage(v=0.1, w=0.0, press=9, seq=1, nonce=0, epoch=0), holder))
+    assert ended == ["pre-empted"]
+    entry = bare.until(lambda: (one := bare.runtime.history.find(begun["id"])).state != "running" and one)
+    assert entry.state == "pre-empted"
+    bare.on_loop(lambda: dispatcher.forget(holder))
+
+
 def zip_of(files: dict[str, bytes]) -> bytes:
     box = io.BytesIO()
     with zipfile.ZipFile(box, "w") as made:
