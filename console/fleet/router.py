@@ -84,6 +84,7 @@ class FleetRouter:
         self.table = FleetTable()
         self.stop: FleetStop | None = None  # the newest
         self.halt: HeldHalt | None = None
+        self._halting: FleetStop | None = None  # which asks for the halt, under a newer stop too
         self.trouble = ""  # why no robot can join, a sentence
         self._authority, self._listen = authority, listen
         self._session: Any = None
@@ -172,14 +173,14 @@ class FleetRouter:
     async def stop_all(self, kind: StopKind, by: str) -> FleetStop:
         """Ask every robot to stand by its own gate; answers when all that are there have, or after a second."""
         now = time.monotonic()
-        if self.stop is not None:
+        if self.stop is not None and self.stop is not self._halting:
             self.stop.over = True
         stop = self.stop = FleetStop(kind, by, time.time(), now)
         stop.robots = {name: RobotStop(now) for name in self.table.robots}
         for name in self.table.robots:
             self._ask_to_stand(stop, name, now)
         if kind == "halt":
-            self.halt = HeldHalt(by, stop.wall, [])
+            self.halt, self._halting = HeldHalt(by, stop.wall, []), stop
             await self._keep_halt()
         ends = now + ANSWER_TIMEOUT_S
         while time.monotonic() < ends and self._waits(stop):
@@ -189,9 +190,9 @@ class FleetRouter:
 
     async def reset_halt(self) -> None:
         """Halt no robot any more that comes; each stays halted until it is reset at its own console."""
-        self.halt = None
-        if self.stop is not None and self.stop.kind == "halt":
-            self.stop.over = True
+        halting, self.halt, self._halting = self._halting, None, None
+        if halting is not None:
+            halting.over = True
         await self._keep_halt()
 
     def _waits(self, stop: FleetStop) -> bool:
@@ -253,28 +254,28 @@ class FleetRouter:
             self._soon(self._keep_halt())
 
     def _repeat(self, now: float) -> None:
-        """Ask again who has not answered: a stop for a while, a halt until it is reset."""
-        stop = self.stop
-        if self.halt is not None and (stop is None or stop.over or stop.kind != "halt"):
-            self._halt_latecomers(now)
-        if stop is None or stop.over:
-            return
-        if stop.kind == "stop" and now - stop.began > REPEATED_FOR_S:
+        """Ask again who has not answered: the newest stop for a while, a halt until it is reset."""
+        if self.halt is not None:
+            self._halt_latecomers(self.halt, now)
+        stop, halting = self.stop, self._halting
+        if stop is not None and stop.kind == "stop" and now - stop.began > REPEATED_FOR_S:
             stop.over = True
-            return
-        for name, one in stop.robots.items():
-            known = self.table.robots.get(name)
-            if known is not None and known.alive and not one.acknowledged and now - one.asked_at > REPEAT_PERIOD_S:
-                self._ask_to_stand(stop, name, now)
+        repeated = [stop] if stop is halting else [stop, halting]
+        for each in repeated:
+            for name, one in () if each is None or each.over else each.robots.items():
+                known = self.table.robots.get(name)
+                if known and known.alive and not one.acknowledged and now - one.asked_at > REPEAT_PERIOD_S:
+                    self._ask_to_stand(each, name, now)
 
-    def _halt_latecomers(self, now: float) -> None:
-        """The halt of an earlier run, or under a newer stop, still holds for who has not taken it."""
-        halt = self.halt
-        if halt is None:
-            return
+    def _halt_latecomers(self, halt: HeldHalt, now: float) -> None:
+        """The halt, of an earlier run too, holds for every robot that has not taken it."""
         left = [name for name in self.table.robots if name not in halt.acknowledged]
-        if left:
-            self.stop = FleetStop("halt", halt.by, halt.since_s, now, {name: RobotStop(0.0) for name in left})
+        if self._halting is None:
+            self._halting = FleetStop("halt", halt.by, halt.since_s, now)
+        for name in left:
+            self._halting.robots.setdefault(name, RobotStop(0.0))
+        if left and self.stop is None:
+            self.stop = self._halting
 
     async def _keep_halt(self) -> None:
         held = None if self.halt is None else msgspec.json.encode(self.halt)

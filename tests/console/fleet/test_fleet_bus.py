@@ -251,6 +251,33 @@ def test_stop_all_names_who_has_not_answered_and_a_halt_takes_who_comes_later(si
     run(work())
 
 
+def test_a_stop_is_repeated_while_an_older_halt_waits_for_another_robot(site: Site) -> None:
+    async def work() -> None:
+        async with site.running("r1") as (router, address, (first,)):
+            assert (await router.stop_all("halt", "Ann")).robots["r1"].acknowledged
+            await until(lambda: first.robot.status().state == "halted")
+            first.robot.reset()
+            first.robot.drive()
+            await until(lambda: first.robot.status().v > 0)
+            first.robot.frozen = first.robot.status()
+            stop = await router.stop_all("stop", "Bob")
+            assert not stop.robots["r1"].acknowledged
+            asked = stop.robots["r1"].asked_at
+            await until(lambda: stop.robots["r1"].asked_at > asked)  # the halt of r2 and r3 has had its turn, too
+            assert router.stop is stop
+            first.robot.frozen = None
+            await until(lambda: stop.robots["r1"].acknowledged)
+            assert first.robot.status().v == 0
+            second = LightConsole("r2", address, site.folder / "r2", site.folder / "r2-home")
+            second.open()
+            await until(lambda: second.robot.status().state == "halted")
+            assert first.robot.status().state != "halted" and router.stop is stop
+            await router.reset_halt()
+            await second.close()
+
+    run(work())
+
+
 def test_the_loss_of_the_fleet_changes_nothing_at_a_robot_but_is_said_and_it_joins_again(site: Site) -> None:
     async def work() -> None:
         async with site.running(*ROBOTS) as (router, _, consoles):
