@@ -13,9 +13,11 @@ import cv2
 import numpy as np
 
 from console.access.logins import Person
+from console.control.command_freshness import VOID
 from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
 from console.control.notices import Notifications
+from console.http.problems import Problem
 from console.part import Part
 from console.robot.supervisor import RobotSupervisor
 from core.errors import BadInput, BeckonError, Refused
@@ -70,6 +72,7 @@ class OwnNavigationService(Part):
         self._robot, self._dispatcher = robot, dispatcher
         self._history, self._notifications = history, notifications
         self._poses: deque[tuple[float, Pose]] = deque(maxlen=MAX_HELD_POSES)
+        self._ends, self._why_ended = 0, ""  # of commands until now, and why the newest one was
         self._entry = 0  # in the history, of the goal that is under way; 0: none
         self._one_at_a_time = asyncio.Lock()  # a look that began before a goal must not end it
         self._stopping: set[asyncio.Task[None]] = set()
@@ -111,9 +114,12 @@ class OwnNavigationService(Part):
                 raise Refused(UNALIGNED)
             goal = self.own_from_map.inverse() @ goal
         self._dispatcher.admit_own_navigation(who)
+        ends = self._ends
         request = requests.SendGoal(x_m=goal.x, y_m=goal.y, heading_rad=goal.heading)
         words = f"goal ({goal.x:.2f}, {goal.y:.2f}) on the robot's own map"
         async with self._one_at_a_time:
+            if self._ends != ends:
+                raise Problem(409, VOID(what=self._why_ended))
             self._end("pre-empted", "Another goal came after it.")
             self._entry = self._history.add("goal", who, state="running", words=words).id
             try:
@@ -134,6 +140,7 @@ class OwnNavigationService(Part):
 
     def stop_soon(self, state: Ending, why: str, objected: bool) -> None:
         """End a goal that is under way, or may be, without waiting: something else happens."""
+        self._ends, self._why_ended = self._ends + 1, why
         goal = self.newest.goal if self.newest is not None else None
         if self._entry or goal is not None:
             task = asyncio.get_running_loop().create_task(self._stopped())

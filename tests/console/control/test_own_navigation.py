@@ -53,29 +53,56 @@ class FakeLink:
         return lambda *_, **__: True
 
 
-@pytest.mark.parametrize("end", ["stop", "halt", "lease"])
+def parts(home: Path) -> tuple[FakeLink, CommandDispatcher, OwnNavigationService]:
+    robot, board = FakeLink(), Notifications()
+    history = History(home, lambda _: None)
+    history.open()
+    dispatcher = CommandDispatcher(robot, Lease(), history, board)  # type: ignore[arg-type]
+    dispatcher.pilot = robot  # type: ignore[assignment]
+    service = OwnNavigationService(robot, dispatcher, history, board)  # type: ignore[arg-type]
+    dispatcher.when_cancelled.append(service.stop_soon)
+    return robot, dispatcher, service
+
+
+ENDS = ["stop", "halt", "lease"]
+
+
+def end_by(dispatcher: CommandDispatcher, end: str) -> None:
+    if end == "lease":
+        dispatcher.forget(OPERATOR)
+    else:
+        getattr(dispatcher, end)(VIEWER, "rest")
+
+
+@pytest.mark.parametrize("end", ENDS)
 def test_a_goal_needs_the_lease_and_ends_with_any_stop(tmp_path: Path, end: str) -> None:
     async def run() -> None:
-        robot, lease, board = FakeLink(), Lease(), Notifications()
-        history = History(tmp_path, lambda _: None)
-        history.open()
-        dispatcher = CommandDispatcher(robot, lease, history, board)  # type: ignore[arg-type]
-        dispatcher.pilot = robot  # type: ignore[assignment]
-        service = OwnNavigationService(robot, dispatcher, history, board)  # type: ignore[arg-type]
-        dispatcher.when_cancelled.append(service.stop_soon)
+        robot, dispatcher, service = parts(tmp_path)
         with pytest.raises(Problem):
             await service.go(Pose(1.0, 2.0, 0.0), VIEWER, on_own_map=True)
         dispatcher.stop(OPERATOR, "rest")
         await asyncio.sleep(0.05)
         assert robot.asked == []  # nothing is sent unless someone asks
         await service.go(Pose(1.0, 2.0, 0.0), OPERATOR, on_own_map=True)
-        assert lease.held_by(OPERATOR) and robot.goal is not None
-        assert DRIVES in [notice.text for notice in board.shown]
-        if end == "lease":
-            dispatcher.forget(OPERATOR)
-        else:
-            getattr(dispatcher, end)(VIEWER, "rest")
+        assert dispatcher._lease.held_by(OPERATOR) and robot.goal is not None
+        assert DRIVES in [notice.text for notice in service._notifications.shown]
+        end_by(dispatcher, end)
         await until(lambda: robot.goal is None)
         assert isinstance(robot.asked[-1], CancelGoal)
+
+    asyncio.run(run())
+
+
+@pytest.mark.parametrize("end", ENDS)
+def test_a_stop_before_a_goal_is_sent_keeps_it_back(tmp_path: Path, end: str) -> None:
+    async def run() -> None:
+        robot, dispatcher, service = parts(tmp_path)
+        async with service._one_at_a_time:  # a look is under way
+            going = asyncio.create_task(service.go(Pose(1.0, 2.0, 0.0), OPERATOR, on_own_map=True))
+            await until(lambda: dispatcher._lease.held_by(OPERATOR))
+            end_by(dispatcher, end)
+        with pytest.raises(Problem) as refused:
+            await going
+        assert refused.value.status == 409 and robot.asked == []
 
     asyncio.run(run())
