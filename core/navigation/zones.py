@@ -60,11 +60,10 @@ class KeepOuts:
             return None
         way = stopping_way(twist.v)
         end = pose @ Pose(math.copysign(way, twist.v), 0.0, 0.0)
-        zones = self.left_by(pose)
-        found = zones.around(end.x, end.y, radius)
-        if found is None or found.depth(end.x, end.y) <= found.depth(pose.x, pose.y):
-            return None  # it drives away from it
-        return found
+        for zone in self.left_by(pose).zones:
+            if zone.depth(end.x, end.y) > max(-radius, zone.depth(pose.x, pose.y)):  # deeper than it is now
+                return zone
+        return None
 
     def on(self, grid: OccupancyGrid) -> OccupancyGrid:
         """The grid with these zones as walls, grown to hold all of them."""

@@ -77,6 +77,13 @@ def test_a_robot_in_a_zone_may_leave_it_and_enter_no_other() -> None:
     assert keep_outs.ahead(Pose(1.39, 0.5), Twist(-0.3, 0.0), RADIUS) is None
 
 
+def test_a_zone_that_is_driven_along_hides_none_ahead() -> None:
+    beside, ahead = box(0.0, 0.55, 1.2, 1.0), box(1.5, 0.0, 2.0, 1.0)
+    for zones in ((beside, ahead), (ahead, beside)):
+        assert KeepOuts(zones).ahead(Pose(1.39, 0.5), Twist(0.3, 0.0), RADIUS) is ahead
+        assert KeepOuts(zones).ahead(Pose(0.9, 0.5), Twist(0.3, 0.0), RADIUS) is None
+
+
 def test_the_lowest_slow_zone_caps_before_the_body_is_in_it() -> None:
     zones = (box(1.0, 0.0, 3.0, 2.0, 0.1), box(2.0, 0.0, 3.0, 2.0, 0.05), box(2.5, 0.0, 3.0, 2.0))
     assert slow_cap(zones, Pose(0.5, 1.0), 0.0, RADIUS) is None
