@@ -5,16 +5,18 @@ what the others see. Every row takes its own sensors from the same frames throug
 chosen before there were results; all of them are printed.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
-from core.experiments.figures.audio_visual import audio_visual_figure
+from core.experiments.drawing import render
 from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.gate import Twist
@@ -28,6 +30,9 @@ from core.settings import Settings
 from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import WheelNoise
 from core.slam.consistency import nees
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ABOUT = About(
     title="What eyes and ears add to the laser",
@@ -49,6 +54,8 @@ CALL_PAUSE_S = 3.0  # between the ends of a person's calls
 WORDS = "come here please, I am standing over here"
 MAX_DRIVE_S = 75.0  # of a drive, round and round: what drifts does so with the way
 EARLY_PART_S = 38.0  # at its beginning, of which the error is given besides
+SIZE_PX = (1240, 560)  # [px]
+COLOURS = ("#435567", "#c8671b", "#0b7fb0", "#7a5ea8", "#2f8f5b")
 
 
 @dataclass(frozen=True)
@@ -302,3 +309,26 @@ def table(figures: list[AudioVisualPlace], count: int, seed: int) -> str:
         lines.append(f"{f'  first {EARLY_PART_S:.0f} s [m]':22}{early}".rstrip())
         lines.append(f"    {weak}; {one['wheels']} wheels; {one['path_m']:.1f} m")
     return "\n".join(lines)
+
+
+def audio_visual_figure(places: Sequence[Any], runs: int) -> bytes:
+    """Places with their rows → an SVG file. Raises Unavailable without matplotlib."""
+
+    def draw(figure: Figure) -> None:
+        axes = figure.add_subplot()
+        names = list(places[0]["rows"])
+        width = 0.8 / len(names)
+        at = np.arange(len(places))
+        for k, (name, colour) in enumerate(zip(names, COLOURS, strict=True)):
+            mean, worst = (
+                np.array([place["rows"][name][key] for place in places]) for key in ("mean_error_m", "worst_error_m")
+            )
+            reach = np.vstack((np.zeros(len(at)), worst - mean))
+            axes.bar(at + width * (k - (len(names) - 1) / 2), mean, width, yerr=reach, color=colour, label=name)
+        axes.set_xticks(at, [place["place"] for place in places], rotation=15)
+        axes.set_yscale("log")
+        axes.set_ylabel("mean position error [m]")
+        axes.legend(ncols=len(names), loc="upper center")
+
+    conditions = f"mean of {runs} drives; the line above a bar ends at the worst"
+    return render("svg", SIZE_PX, "What eyes and ears add to the laser", conditions, draw)

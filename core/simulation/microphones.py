@@ -1,6 +1,8 @@
 """The simulated robot's microphones: they hear talkers, a fan, its own motors, and the room's murmur."""
 
+import math
 import zlib
+from collections.abc import Generator
 
 import numpy as np
 
@@ -8,12 +10,21 @@ from core.errors import BadInput, Refused
 from core.geometry import Pose, rotation
 from core.message import Array
 from core.sensors.microphones import MicrophoneArray, Sound
-from core.simulation.acoustics.noise import Motors, Murmur
-from core.simulation.acoustics.shoebox import pink_noise
-from core.simulation.acoustics.sound_source import SoundSource
-from core.simulation.settings import SILENT, MicrophoneSettings
+from core.simulation.acoustics.enclosure import Enclosure, enclosure, in_sight
+from core.simulation.acoustics.reverberation import Arrivals, Convolver, echo_in_pieces, echo_length, first_images
+from core.simulation.acoustics.shoebox import SPEED_OF_SOUND, pink_noise
+from core.simulation.settings import SILENT, HardWall, MicrophoneSettings
 from core.simulation.world import World
 
+SPECTRUM_SAMPLES = 512  # samples of a spectrum of the murmur
+FLAT_BELOW = 50.0  # [Hz]
+HISS_SHARE = 0.05  # of a microphone, of the murmur's pressure
+MOTORS = np.array([[0.0, 0.045, 0.03], [0.0, -0.045, 0.03]])  # [m] in the robot's frame, left and right
+FULL_SPEED = 0.1  # [m/s] of a wheel at which its motor is at its nominal level
+WHINE_HZ_PER_M_S = 2600.0  # [Hz per m/s] of the gears' teeth
+OVERTONES = np.array([1.0, 0.5, 0.6, 0.25, 0.3, 0.15])
+MOVED_M = 0.05  # by which an ear has moved when the echo is computed again
+BEHIND_A_WALL = 0.1  # of the pressure that comes straight or by one bounce when a wall stands between
 RATE_HZ = 16_000
 VOICE_RMS = 0.05  # of full scale: RMS of a voice at 1 m
 SETTLING_S = 0.8  # of listening before anybody speaks: the noise is to be known first
@@ -24,6 +35,148 @@ MAX_WAITING_S = 30.0  # of sound that may wait to be said
 FAN_HEIGHT = 1.0  # [m]
 FAN_FROM_WALL = 0.6  # [m]
 MIN_MOUTH_DISTANCE_M = 0.15  # of a mouth to the microphones
+
+
+class Murmur:
+    """Pink noise that comes from everywhere alike, for microphones (M, 3) [m]; power 1."""
+
+    def __init__(self, rng: np.random.Generator, positions: Array, rate: int, speed: float = SPEED_OF_SOUND) -> None:
+        self._rng, self._count = rng, len(positions)
+        frequency = np.fft.rfftfreq(SPECTRUM_SAMPLES, 1 / rate)
+        away = np.linalg.norm(positions[:, None] - positions, axis=2)
+        alike = np.sinc(2 * frequency[:, None, None] * away / speed)  # coherence of a diffuse field
+        mixing = np.linalg.cholesky(alike + 1e-6 * np.eye(self._count))
+        colour = 1 / np.sqrt(np.maximum(frequency, FLAT_BELOW))
+        colour[0] = colour[-1] = 0.0
+        power = 4 * float(np.sum(colour**2)) / SPECTRUM_SAMPLES**2
+        self._mixing = mixing * colour[:, None, None] / math.sqrt(power)
+        self._window = np.sin(np.pi * (np.arange(SPECTRUM_SAMPLES) + 0.5) / SPECTRUM_SAMPLES)[:, None]
+        self._ready = np.zeros((0, self._count))
+        self._open = np.zeros((SPECTRUM_SAMPLES // 2, self._count))
+
+    def take(self, count: int) -> Array:
+        """The next (count, M)."""
+        while len(self._ready) < count:
+            shape = (SPECTRUM_SAMPLES // 2 + 1, self._count, 1)
+            drawn = self._rng.normal(size=shape) + 1j * self._rng.normal(size=shape)
+            block = np.fft.irfft((self._mixing @ drawn)[..., 0], SPECTRUM_SAMPLES, axis=0) * self._window
+            self._ready = np.concatenate((self._ready, self._open + block[: SPECTRUM_SAMPLES // 2]))
+            self._open = block[SPECTRUM_SAMPLES // 2 :]
+        murmur, self._ready = self._ready[:count], self._ready[count:]
+        return murmur + HISS_SHARE * self._rng.normal(size=murmur.shape)
+
+
+class Motors:
+    """Two geared motors under the microphones, silent at rest."""
+
+    def __init__(self, rng: np.random.Generator, positions: Array, rate: int, speed: float = SPEED_OF_SOUND) -> None:
+        """`positions` (M, 3) [m] of the microphones in the robot's frame."""
+        self._rng, self._rate = rng, rate
+        self._away = np.linalg.norm(MOTORS[:, None] - positions, axis=2)  # (2, M)
+        self._ways = [Arrivals(rate, speed) for _ in MOTORS]
+        self._phases = [0.0, 0.0]
+        self._speeds = [0.0, 0.0]
+
+    def take(self, count: int, left: float, right: float) -> Array:
+        """The next (count, M) with the wheels at these speeds [m/s]; power about 1 at FULL_SPEED."""
+        total = np.zeros((count, self._away.shape[1]))
+        if not (left or right or any(self._speeds)):
+            return total
+        for number, speed in enumerate((left, right)):
+            away = self._away[number][None]
+            total += self._ways[number].feed(self._motor(number, abs(speed), count), away, away, away)
+        return total / math.sqrt(2)
+
+    def _motor(self, number: int, speed: float, count: int) -> Array:
+        """One motor's own sound (count,): whine of the gears and rush, both as loud as it is fast."""
+        speeds = np.linspace(self._speeds[number], speed, count)
+        phase = self._phases[number] + 2 * math.pi * WHINE_HZ_PER_M_S / self._rate * np.cumsum(speeds)
+        self._speeds[number], self._phases[number] = speed, float(phase[-1] % (2 * math.pi))
+        whine = OVERTONES @ np.sin(np.arange(1, len(OVERTONES) + 1)[:, None] * phase)
+        rush = self._rng.normal(size=count)
+        return speeds / FULL_SPEED * (0.6 * whine / math.sqrt(float(OVERTONES @ OVERTONES) / 2) + 0.8 * rush)
+
+
+class SoundSource:
+    """One source of sound. It begins to sound when its first echo is worked out."""
+
+    def __init__(
+        self, name: str, mouth: Array, rate: int, block: int, rt60: float, seed: int, hard: HardWall = "none"
+    ) -> None:
+        self.name, self.mouth = name, mouth
+        self.open = False  # more is to come
+        self._rate, self._rt60, self._seed = rate, rt60, seed
+        self._hard: HardWall = hard
+        self._waiting = np.zeros(0)  # that was not heard yet
+        self._speed = 343.0  # [m/s]
+        self._straight = Arrivals(rate, self._speed)
+        self._echo = Convolver(echo_length(rt60, rate), block) if rt60 else None
+        self._box: Enclosure | None = None
+        self._images, self._gains = np.zeros((0, 3)), np.zeros(0)
+        self._work: Generator[None, None, Array] | None = None
+        self._worked_at: Array | None = None  # (M, 3) ears of the newest echo
+        self._before: Array | None = None  # (K, M) [m] of the ways at the end of the last block
+        self._muffled = 1.0
+        self._silence = 0.0  # [s] since its last sound
+        self.ready = self._echo is None
+
+    def say(self, dry: Array) -> None:
+        """More sound (N,), pressure at 1 m."""
+        self._waiting = np.concatenate((self._waiting, dry))
+        self._silence = 0.0
+
+    @property
+    def seconds_waiting(self) -> float:
+        """[s] of sound that was not heard yet."""
+        return len(self._waiting) / self._rate
+
+    def over(self, patience: float) -> bool:
+        """Return whether its last echo has died away; if more is to come, whether none came for `patience` [s]."""
+        return self._silence > (patience if self.open else self._rt60 + 0.3)
+
+    def prepare(self, world: World, ears: Array, pieces: int = 1) -> None:
+        """Work on: know the room around ears (M, 3) [m] and `pieces` more of its echo, some milliseconds each."""
+        if self._box is None or not self._box.holds(np.vstack((ears, self.mouth))):
+            self._box = enclosure(world, np.vstack((ears, self.mouth)), self._rt60)
+            room = self._box.room
+            mouth = self._box.inside(self.mouth)
+            images, self._gains = first_images(room.size, mouth, room.reflection, self._hard)
+            self._images = images + self._box.corner
+            self._before = self._worked_at = self._work = None
+        moved = self._worked_at is None or float(np.abs(ears - self._worked_at).max()) > MOVED_M
+        if self._work is None and moved:
+            self._muffled = 1.0 if in_sight(world, ears.mean(0), self.mouth) else BEHIND_A_WALL
+            self._worked_at = ears
+            if self._echo is not None:
+                inside = self._box.inside
+                self._work = echo_in_pieces(self._box.room, inside(self.mouth), inside(ears), self._rate, self._seed)
+        for _ in range(pieces):
+            self._work_on()
+
+    def _work_on(self) -> None:
+        if self._work is None or self._echo is None:
+            return
+        try:
+            next(self._work)
+        except StopIteration as done:
+            self._echo.change(done.value)
+            self._work, self.ready = None, True
+
+    def heard(self, ears: Array, count: int, begin: bool) -> Array:
+        """The next `count` samples at ears (M, 3) [m], (count, M); silence until it is ready and may `begin`."""
+        dry = np.zeros(count)
+        if begin and self.ready:
+            there = self._waiting[:count]
+            dry[: len(there)] = there
+            self._waiting = self._waiting[count:]
+            self._silence = 0.0 if len(there) else self._silence + count / self._rate
+        now = np.linalg.norm(self._images[:, None] - ears, axis=2)  # (K, M)
+        before = now if self._before is None else self._before
+        self._before = now
+        gains = np.broadcast_to(self._muffled * self._gains[:, None], now.shape)
+        total = self._straight.feed(dry, before, now, gains)
+        echo = None if self._echo is None else self._echo.feed(dry)
+        return total if echo is None else total + echo
 
 
 class SimulatedMicrophones:

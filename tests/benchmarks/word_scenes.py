@@ -13,8 +13,8 @@ import numpy as np
 from core.message import Array
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound
-from core.simulation.acoustics.noise import Motors
 from core.simulation.acoustics.shoebox import ShoeboxRoom, heard, impulse_responses, plane_waves
+from core.simulation.microphones import Motors
 from core.speech.recognition.recognizer import for_words
 from core.speech.settings import RATE_HZ
 

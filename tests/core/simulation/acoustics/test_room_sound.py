@@ -15,11 +15,9 @@ from core.perception.sound.locate import locate
 from core.sensors.microphones import RESPEAKER_ODAS, Sound, joined
 from core.simulation.acoustics import reverberation
 from core.simulation.acoustics.enclosure import enclosure, in_sight
-from core.simulation.acoustics.noise import Motors, Murmur
 from core.simulation.acoustics.reverberation import HALF_SAMPLES, HARD_WALL_SHARE, Arrivals, first_images
 from core.simulation.acoustics.shoebox import SPEED_OF_SOUND, ShoeboxRoom, heard, impulse_responses
-from core.simulation.acoustics.sound_source import SoundSource
-from core.simulation.microphones import RATE_HZ, SimulatedMicrophones, fan_place
+from core.simulation.microphones import RATE_HZ, Motors, Murmur, SimulatedMicrophones, SoundSource, fan_place
 from core.simulation.settings import MicrophoneSettings
 from core.simulation.world import FLOOR, LAB
 from core.speech.practice_voice import practice_voice
