@@ -20,8 +20,15 @@ from console.http.problems import Problem
 from core.errors import BeckonError, Refused
 from core.robots.connection import FoundRobot
 from core.robots.requests import SentSpeeds, SpeedsType
-from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile, converted
-from core.robots.robot_file_text import ChosenRole, TopicChoice
+from core.robots.robot_file import (
+    CameraTable,
+    ChosenRole,
+    LaserTable,
+    MicrophonesTable,
+    RobotFile,
+    TopicChoice,
+    converted,
+)
 
 Table = TypeVar("Table", LaserTable, CameraTable, MicrophonesTable)
 

@@ -10,8 +10,7 @@ from core.pilot.replayed_drive import open_robot
 from core.recording import LogSettings
 from core.robots.connect import devices_of, live, parts_of
 from core.robots.connection import FoundRobot, ReadConnection
-from core.robots.robot_file import RobotFile, parse_robot_file
-from core.robots.robot_file_text import toml_text
+from core.robots.robot_file import RobotFile, parse_robot_file, toml_text
 from core.robots.usb_camera import VideoCamera
 from core.settings import Settings
 

@@ -26,8 +26,7 @@ from core.recording import LogSettings
 from core.robots.connect import OWN, SCHEMES, parts_of, split
 from core.robots.connection import FoundRobot, ReadConnection, ReadRobotFile, describe
 from core.robots.requests import SentSpeeds, SpeedsType, SwitchSpeeds
-from core.robots.robot_file import RobotFile
-from core.robots.robot_file_text import TopicChoice, with_topics, without_lock
+from core.robots.robot_file import RobotFile, TopicChoice, with_topics, without_lock
 from core.sentences import Statement
 
 ANSWER_S = 1.0  # [s]

@@ -9,8 +9,7 @@ import numpy as np
 
 from core.geometry import OPTICAL, Pose, Transform
 from core.robots import Profile
-from core.robots.device import Equipment
-from core.robots.findings import Findings
+from core.robots.device import Equipment, Findings
 from core.robots.requests import RobotRequest
 from core.robots.robot_file import CameraTable, LaserTable, RobotFile
 from core.sensors import Camera, Laser

@@ -5,8 +5,7 @@ from core.gate.twist import ZERO, Twist
 from core.geometry import Pose, Transform, arc
 from core.optics import CameraModel
 from core.robots.conformance import check_robot
-from core.robots.device import Base, Device, Equipment
-from core.robots.findings import Findings
+from core.robots.device import Base, Device, Equipment, Findings
 from core.robots.readings import Readings
 from core.sensors import Camera, Image, Laser, Scan, Sound
 from core.sensors.microphones import MicrophoneArray

@@ -14,9 +14,8 @@ from core.errors import BeckonError, Unavailable
 from core.gate.twist import ZERO, Twist
 from core.robots import Profile
 from core.robots.connection import FoundPart, ReadConnection, ReadRobotFile, describe
-from core.robots.device import Device, Equipment
+from core.robots.device import ClockOffset, Device, Equipment
 from core.robots.device_clock import LONG_AGO_S
-from core.robots.findings import ClockOffset
 from core.robots.readings import Names, Readings
 from core.robots.requests import AnswerT, ListeningState, Requests, RobotRequest, SetListening, not_taken
 from core.robots.robot_file import RobotFile

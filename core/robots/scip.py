@@ -15,9 +15,8 @@ import numpy as np
 from core.errors import Unavailable
 from core.message import Array, message
 from core.robots.byte_link import ByteLink, LinkAddress, NoLink, drain, link_address, open_link
-from core.robots.device import Device, Equipment
+from core.robots.device import ClockOffset, Device, Equipment, Findings
 from core.robots.device_clock import DeviceClock
-from core.robots.findings import ClockOffset, Findings
 from core.robots.readings import Readings
 from core.sensors import Laser, Scan
 

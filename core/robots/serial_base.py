@@ -28,9 +28,8 @@ from core.errors import Unavailable
 from core.gate.twist import ZERO, Twist
 from core.geometry import Pose, arc
 from core.robots.byte_link import ByteLink, LinkAddress, NoLink, link_address, open_link
-from core.robots.device import Base, Device, Equipment
+from core.robots.device import Base, ClockOffset, Device, Equipment, Findings
 from core.robots.device_clock import RESONATOR_DRIFT, DeviceClock
-from core.robots.findings import ClockOffset, Findings
 from core.robots.readings import Readings
 
 EXAMPLE = "serial:///dev/ttyUSB0?baud=115200"

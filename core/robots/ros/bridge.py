@@ -24,9 +24,8 @@ from core.recording.ros_frames import FrameTree, flat
 from core.recording.ros_pictures import FOCAL_WIDTHS, camera_model, raw_pixels
 from core.recording.ros_sound import SampleForm, is_packed_sound, sound_in
 from core.recording.scans import make_scan
-from core.robots.device import Base, Equipment
+from core.robots.device import Base, ClockOffset, Equipment, Findings
 from core.robots.device_clock import DeviceClock
-from core.robots.findings import ClockOffset, Findings
 from core.robots.readings import Readings
 from core.robots.robot_file import optical_mounting
 from core.robots.ros.findings import Traffic, roles_of

@@ -5,7 +5,7 @@ import time
 from collections import deque
 from typing import Any, get_args
 
-from core.robots.findings import CandidateTopic, Role, TopicRole, UsedTopic
+from core.robots.device import CandidateTopic, Role, TopicRole, UsedTopic
 from core.robots.ros.topics import MOST_SCANS, NOTHING, RosSettings, RosTopics
 from core.robots.ros.typestore import TF
 

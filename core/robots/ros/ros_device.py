@@ -12,8 +12,7 @@ from msgspec.structs import replace as replace_struct
 from core.errors import BadInput, Unavailable
 from core.gate import Twist
 from core.geometry import Pose
-from core.robots.device import Device
-from core.robots.findings import Findings
+from core.robots.device import Device, Findings
 from core.robots.requests import (
     AnswerT,
     CancelGoal,

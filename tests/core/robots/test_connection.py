@@ -17,18 +17,21 @@ from core.geometry import Transform
 from core.robots import Profile
 from core.robots.connect import connect, parts_of
 from core.robots.connection import FoundRobot, ReadConnection, ReadRobotFile, angles_of
-from core.robots.findings import TopicRole
+from core.robots.device import TopicRole
 from core.robots.requests import ReadTruth
 from core.robots.robot_file import (
     CameraTable,
     LaserTable,
     MicrophonesTable,
     RobotFile,
+    TopicChoice,
     absolute,
     mounting_of,
     parse_robot_file,
+    toml_text,
+    with_topics,
+    without_lock,
 )
-from core.robots.robot_file_text import TopicChoice, toml_text, with_topics, without_lock
 from core.robots.ros.findings import Traffic, roles_of
 from core.robots.ros.topics import RosSettings, choose_topics
 from core.robots.ros.typestore import TWIST
