@@ -29,23 +29,18 @@ def rolled(here: Array, contact: Array, wall: Array, radius: tuple[float, float]
     """
     size = sum(radius)
     away = here - contact
-    place = contact + size * away / max(float(np.hypot(*away)), 1e-6)
+    place, out = contact + size * away / max(float(np.hypot(*away)), 1e-6), away
     line: list[Array] = []
     for _ in range(steps[1]):
-        place, out = _pushed_out(place, wall, size)
+        for _ in range(3):  # pushed out by one point, it may touch another
+            place, out = _touching(place, wall, size)
         line.append(place - radius[1] * out)
         place = place + steps[0] * np.array([out[1], -out[0]])
     return np.array(line)
 
 
-def _pushed_out(place: Array, wall: Array, radius: float) -> tuple[Array, Array]:
-    """A ball's centre (2,) [m] → the same so that it only touches the wall; the direction (2,) away from the wall."""
-    for _ in range(2):
-        place = _touching(place, wall, radius)[0]
-    return _touching(place, wall, radius)
-
-
 def _touching(place: Array, wall: Array, radius: float) -> tuple[Array, Array]:
+    """A ball's centre (2,) [m] → the same so that it touches the nearest point; the direction (2,) away from that."""
     gaps = np.hypot(*(wall - place).T)
     nearest = int(gaps.argmin())
     out = (place - wall[nearest]) / max(float(gaps[nearest]), 1e-6)
