@@ -75,6 +75,10 @@ class FrameSender:
             self._wake.notify()
         self._thread.join(patience)
 
+    @property
+    def _is_due(self) -> bool:
+        return self._frame is not None and not self._waits
+
     def _run(self) -> None:
         try:
             self._send()
@@ -84,9 +88,7 @@ class FrameSender:
     def _send(self) -> None:
         while True:
             with self._wake:
-                self._wake.wait_for(
-                    lambda: self._answers or self._over or (self._frame is not None and not self._waits)
-                )
+                self._wake.wait_for(lambda: self._answers or self._is_due or self._over)
                 if self._answers:
                     message: object = self._answers.popleft()
                 elif self._frame is not None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from core.commands.command import Command, Progress
+from core.commands.dry_run import FORGET_PERSON_S, LOOK_FOR, MAX_START_S, SHOW_FOUND_S, DryRun
 from core.errors import Refused
 from core.geometry import OPTICAL, Transform
 from core.navigation.control_context import ControlContext
@@ -18,7 +19,6 @@ from core.perception.people.looking import ImmediateLook, LookAnswer, LookQuesti
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.detector import PoseDetector
 from core.perception.people.voice_bearing import VoiceBearing
-from core.pilot.command_executor import FORGET_PERSON_S, LOOK_FOR, MAX_START_S, SHOW_FOUND_S, DryRun
 from core.sensors import Camera, Image
 from tests.core.commands.stage import STEP, Stage
 from tests.core.perception.stick_figures import StickNetworks, white_body
