@@ -224,7 +224,7 @@ class Readings:
                 sound=self._here.sound,
                 contact=self._here.contact or self._here.touched,
                 battery=self._here.battery,
-                trouble=next((one.statement for at, one in self._mixed.values() if stamp - at < MIXED_HELD_S), ""),
+                trouble=self._mixture(stamp),
                 faults=distinct(self._here.faults),
                 notes=tuple(dict.fromkeys(self._here.notes)),
             )
@@ -245,6 +245,10 @@ class Readings:
         with self._lock:
             self._mixed[sensor] = self.now(), found
             self._here.scans.clear()
+
+    def _mixture(self, now: float) -> str:
+        """Why the robot cannot be driven: readings of two robots came lately; "": none did."""
+        return next((one.statement for at, one in self._mixed.values() if now - at < MIXED_HELD_S), "")
 
     def fault(self, code: str, sensor: str = "", *, used: bool = False, **values: object) -> None:
         """Add what a check found in readings of this device."""
