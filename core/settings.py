@@ -37,7 +37,7 @@ from core.slam.bearings.bearing_landmarks import BearingSettings, VoiceLandmarkS
 from core.slam.ekf_slam import EkfSettings
 from core.slam.map.closure import ClosureSettings
 from core.slam.map.occupancy import OccupancySettings
-from core.slam.map.settings import SubmapSettings
+from core.slam.map.submap import SubmapSettings
 from core.slam.motion import MotionSettings
 from core.slam.relocalization.kidnap_detector import KidnapSettings
 from core.slam.scan_matching.field_matching import ScanMatchingSettings

@@ -19,7 +19,7 @@ from console.maps.store import MAX_NAME_LETTERS, MapInfo, SavedMapFacts
 from console.maps.trajectory import laid_out
 from core.message import Array
 from core.pipelines.nav2_map import map_pixels, nav2_map
-from core.pipelines.slam_files import landmarks_csv, trajectory_tum
+from core.pipelines.slam_report import landmarks_csv, trajectory_tum
 from core.slam.map.occupancy import OccupancyGrid
 
 maps = router("map", 409, 429, 503, 507)

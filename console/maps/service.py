@@ -36,7 +36,7 @@ from core.geometry import Pose
 from core.pilot.pilot import Pilot, parts_of
 from core.pipelines.nav2_map import laid_out as cells_laid_out
 from core.pipelines.nav2_map import read_nav2_zip
-from core.pipelines.slam_files import landmarks_csv, trajectory_tum
+from core.pipelines.slam_report import landmarks_csv, trajectory_tum
 from core.sensors import SensorFrame
 from core.sentences import Statement
 from core.settings import Settings

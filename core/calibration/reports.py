@@ -11,10 +11,17 @@ from core.calibration.board.board import Board
 from core.calibration.camera.facts import BoardEntry, BoardPoseEntry, CameraFacts
 from core.calibration.camera.intrinsics import Calibration
 from core.calibration.camera.uncertainty import uncertainty_map
-from core.calibration.camera.undistortion import errors
+from core.calibration.camera.undistortion import MapError, errors
 from core.calibration.files.camera_files import CameraEntry, camera_entry
 from core.calibration.files.mount_files import MountEntry, mount_entry, static_transform
-from core.calibration.laser.explanation import landings, laser_offset_words, square_words, warnings, weak_words
+from core.calibration.laser.explanation import (
+    LaserLanding,
+    landings,
+    laser_offset_words,
+    square_words,
+    warnings,
+    weak_words,
+)
 from core.calibration.laser.solve import LaserCalibration
 from core.calibration.mount import NAMES
 from core.calibration.printed import Equation44
@@ -63,13 +70,6 @@ class PictureUncertainty(TypedDict):
     worst_px: float
     target_px: float
     reached: bool
-
-
-class MapError(TypedDict):
-    """The error of a way to straighten pictures, over the whole picture [pixel]."""
-
-    rms_px: float
-    max_px: float
 
 
 class CorrectionReport(TypedDict):
@@ -156,14 +156,6 @@ class SquareReport(TypedDict):
     entered: float
     by_laser: float
     sd: float
-
-
-class LaserLanding(TypedDict):
-    """How far beside its place a laser point may be drawn, at one distance (95 %)."""
-
-    distance_m: float
-    sideways_px: float
-    up_down_px: float
 
 
 class LaserReport(TypedDict):
@@ -307,10 +299,7 @@ def camera_numbers(model: CameraModel, *, with_k3: bool = True) -> CameraNumbers
 def correction_report(model: CameraModel) -> CorrectionReport:
     """The errors over the whole picture of Table 1's inverse and of the exact path."""
     table_1, exact = errors(model)
-    return {
-        "table_1": {"rms_px": table_1.rms, "max_px": table_1.worst},
-        "exact": {"rms_px": exact.rms, "max_px": exact.worst},
-    }
+    return {"table_1": table_1, "exact": exact}
 
 
 def laser_report(
@@ -356,9 +345,7 @@ def laser_report(
         "range_offset_m": None if found.offset is None else {"value": found.offset[0], "sd": found.offset[1]},
         "square_m": {"entered": board.square, "by_laser": calibration.square[0], "sd": calibration.square[1]},
         "square_words": square_words(calibration),
-        "laser_offset": [
-            {"distance_m": each.distance, "sideways_px": each.sideways, "up_down_px": each.up_down} for each in where
-        ],
+        "laser_offset": where,
         "laser_offset_words": laser_offset_words(where),
         "static_transform": static_transform(found.transform),
         "warnings": list(warnings(calibration, board)),

@@ -90,7 +90,9 @@ def _map_picture(snapshot: Snapshot) -> Array:
     pose = snapshot.estimate.pose
     scale = MAP_WIDTH / SPAN_M  # [px/m]
     panel = _laid(snapshot.grid, pose, scale)
-    _draw_line(panel, snapshot.trail, pose, scale)
+    if len(snapshot.trail) > 1:
+        trail = _pixels_of(snapshot.trail, pose, scale)
+        cv2.polylines(panel, [trail], isClosed=False, color=TRAIL, thickness=2)
     for x, y in _pixels_of(snapshot.scan_points, pose, scale).tolist():
         if 0 <= x < MAP_WIDTH and 0 <= y < FILM_HEIGHT:
             panel[y, x] = SCAN
@@ -113,11 +115,6 @@ def _laid(grid: OccupancyGrid, pose: Pose, scale: float) -> Array:
         map_pixels(grid), turn, (MAP_WIDTH, FILM_HEIGHT), flags=cv2.INTER_NEAREST, borderValue=(205.0,)
     )
     return cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR)
-
-
-def _draw_line(panel: Array, line: Array, pose: Pose, scale: float) -> None:
-    if len(line) > 1:
-        cv2.polylines(panel, [_pixels_of(line, pose, scale)], isClosed=False, color=TRAIL, thickness=2)
 
 
 def _pixels_of(points: Array, pose: Pose, scale: float) -> Array:

@@ -17,6 +17,7 @@ from core.message import Array
 from core.navigation.zones import MapZone
 from core.pipelines.nav2_map import FREE_PIXEL, OCCUPIED_PIXEL, OCCUPIED_VALUE, Nav2Cells, map_yaml, pgm
 from core.sentences import Statement
+from core.slam.map.edits import within
 from core.slam.map.occupancy import OccupancyGrid
 
 SpeedType = Literal[1, 2]
@@ -106,7 +107,7 @@ def covered(points: Array, grid: OccupancyGrid) -> Array:
     high = np.clip(np.ceil(corners.max(axis=0)).astype(int), 0, (columns, rows))
     if (high > low).all():
         middles = np.indices((high - low)[::-1])[::-1].reshape(2, -1).T + low + 0.5
-        mask[low[1] : high[1], low[0] : high[0]] |= _inside(corners, middles).reshape((high - low)[::-1])
+        mask[low[1] : high[1], low[0] : high[0]] |= within(corners, *middles.T).reshape((high - low)[::-1])
     return mask
 
 
@@ -163,16 +164,6 @@ def _within_cells(start: Array, end: Array, slack: float) -> Array:
     cells = np.floor(middles)
     aside = middles - cells
     return cells[((aside > slack) & (aside < 1.0 - slack)).all(axis=1)].astype(int)
-
-
-def _inside(corners: Array, points: Array) -> Array:
-    """Points (K, 2) → (K,) bool: within the polygon (N, 2), by the even-odd rule."""
-    inside = np.zeros(len(points), bool)
-    x, y = points.T
-    for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        if y0 != y1:
-            inside ^= ((y0 > y) != (y1 > y)) & (x < (x1 - x0) * (y - y0) / (y1 - y0) + x0)
-    return inside
 
 
 def _cut(piece: Array) -> list[Array] | None:

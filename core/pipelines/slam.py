@@ -14,8 +14,7 @@ from core.geometry import Pose
 from core.message import Array
 from core.pilot import Pilot
 from core.pilot.recorded_drive import robot_of
-from core.pipelines import slam_files
-from core.pipelines.slam_report import report_html
+from core.pipelines.slam_report import save
 from core.pipelines.slam_result import SlamCourse, SlamResult
 from core.progress import UNSEEN, WorkProgress
 from core.recording import Ids, ScanRecording, SightingRecording, open_log
@@ -52,8 +51,7 @@ def slam_log(
         result = _scans(recording, settings, progress) if scans else _sightings(recording, settings, progress)
     if out is None:
         return result
-    files = slam_files.save(out, result, report_html(result, settings))
-    return replace(result, files=files)
+    return replace(result, files=save(out, result, settings))
 
 
 class _CourseTaker:
@@ -110,7 +108,6 @@ class _PilotRun(NamedTuple):
 
 
 def _steered(pilot: Pilot, frames: Iterable[SensorFrame], count: int, progress: WorkProgress) -> _PilotRun:
-    """Take `count` frames."""
     taker, stamps, stands = _CourseTaker(), list[float](), list[AnchoredPose]()
     closures: tuple[ClosureStatus, ...] = ()
     progress.at(0.0, "estimating")

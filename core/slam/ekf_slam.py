@@ -177,7 +177,9 @@ class EkfSlam:
         return squared_error(self.filter.error(truth), self.filter.covariance.block(0, 3))
 
     def _look(self, seen: tuple[Sighting, ...]) -> Observation:
-        noises = [self._noise(sighting) for sighting in seen]
+        settings = self.settings
+        as_printed = np.diag([settings.range_sd**2, settings.bearing_sd**2])
+        noises = [as_printed if settings.sighting_noise == "paper" else sighting.covariance for sighting in seen]
         return Observation(
             seen,
             np.array([(sighting.range, sighting.bearing) for sighting in seen]).reshape(-1, 2),
@@ -188,11 +190,8 @@ class EkfSlam:
 
     def _assign(self, look: Observation) -> Assignment:
         """Sightings → landmarks: by their identities where these are known, else by distance."""
-        if any(sighting.id is not None for sighting in look.seen):
-            return self._by_identity(look)
-        return recognise(look, self.filter, self.table, self.settings)
-
-    def _by_identity(self, look: Observation) -> Assignment:
+        if all(sighting.id is None for sighting in look.seen):
+            return recognise(look, self.filter, self.table, self.settings)
         known = self.table.identities
         matches = tuple((row, known[s.id]) for row, s in enumerate(look.seen) if s.id in known)
         fresh = {s.id: row for row, s in reversed(list(enumerate(look.seen))) if s.id not in known}
@@ -269,13 +268,7 @@ class EkfSlam:
         expected = self.table.expected(missing, np.hypot(*places.T), back)
         self.table.miss(missing[through | (plain & expected)])
 
-    def _noise(self, sighting: Sighting) -> Array:
-        if self.settings.sighting_noise == "paper":
-            return np.diag([self.settings.range_sd**2, self.settings.bearing_sd**2])
-        return sighting.covariance
-
     def _publish(self, look: Observation) -> None:
-        """Publish the associations of the newest update."""
         self._landmarks = None
         pose, (reaches, bearings) = self.filter.pose, look.readings.T
         directions = np.column_stack((np.cos(bearings + pose.heading), np.sin(bearings + pose.heading)))

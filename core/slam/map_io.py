@@ -100,7 +100,6 @@ def restore(saved: SavedMap, graph: MapGraph, parts: MapperSettings, laser: Lase
 
 
 def _restore_closures(saved: SavedMap, graph: MapGraph) -> None:
-    """Restore the loop closures with their links."""
     arrays = saved.arrays
     links: list[list[Constraint]] = [[] for _ in saved.facts.closures]
     for (loop_closure, a, b), move, covariance, (score, stamp) in zip(
@@ -155,7 +154,6 @@ def _submap(submap: Submap) -> dict[str, Array]:
 
 
 def _refill(submap: Submap, arrays: dict[str, Array], number: int) -> None:
-    """The filter's landmarks and covariance."""
     whole, form = arrays[f"covariance_{number}"], submap.filter
     form.points = arrays[f"places_{number}"].astype(np.float64)
     form.covariance = Covariance(whole[:POSE_SIZE, :POSE_SIZE])

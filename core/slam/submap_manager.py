@@ -17,8 +17,7 @@ from core.slam.map.keyframe import Keyframe, keyframe, thinned
 from core.slam.map.map_graph import MapGraph
 from core.slam.map.occupancy import OccupancySettings
 from core.slam.map.pose_graph import GraphEdge, compose_covariance
-from core.slam.map.settings import SubmapSettings
-from core.slam.map.submap import Submap
+from core.slam.map.submap import Submap, SubmapSettings
 from core.slam.motion import Increment
 from core.slam.relocalization.kidnap_detector import KidnapSettings
 from core.slam.scan_matching.field_matching import ScanMatchingSettings, match_scan, search_wide, spread
@@ -174,7 +173,6 @@ class SubmapManager:
         return alike < settings.alike and crowd < settings.crowd
 
     def _new(self) -> Submap:
-        """Begin a new submap."""
         submap = self._parts.new_submap(len(self._graph.submaps), self._laser)
         self._graph.submaps.append(submap)
         return submap
@@ -214,7 +212,6 @@ class SubmapManager:
         return GraphEdge(anchor.id, len(self._graph.views), anchor.local.inverse() @ inner.pose, covariance)
 
     def _enter(self, submap: Submap, local: Pose, covariance: Array) -> None:
-        """Continue in a known submap."""
         self.active.interrupt()
         self.active = submap
         submap.reset_pose(local, covariance)

@@ -41,7 +41,7 @@ from core.settings import Settings
 from core.simulation.settings import SimulationSettings
 from core.simulation.world import Thing, world_named
 from core.slam.map.occupancy import OccupancyGrid
-from core.slam.map.settings import SubmapSettings
+from core.slam.map.submap import SubmapSettings
 from core.snapshot import Snapshot
 from tests.benchmarks.place_names import NAMES
 from tests.benchmarks.stepped import step_time, stepped_console

@@ -363,13 +363,9 @@ def _refined(some: Corners, solution: BundleSolution, which: Array) -> Array:
 
 def _with_camera(some: Corners, solution: BundleSolution, camera: Array) -> BundleSolution:
     """The views' poses fitted to another camera."""
-    moved = _zoomed(solution.poses, camera[0] / solution.camera[0])
+    zoom = np.array([1.0, 1.0, camera[0] / solution.camera[0]])  # boards as far away as it sees them alike
+    moved = Poses(solution.poses.rotations, solution.poses.translations * zoom)
     return BundleSolution(camera, bundle_adjustment.refine_poses(some, BundleSolution(camera, moved), steps=30))
-
-
-def _zoomed(poses: Poses, factor: float) -> Poses:
-    """Boards as far away as a camera with `factor` times the focal length sees them alike."""
-    return Poses(poses.rotations, poses.translations * np.array([1.0, 1.0, factor]))
 
 
 def _other_settings(few: Corners, camera: Array, poses: Poses, size: tuple[int, int]) -> list[tuple[Array, str]]:
@@ -411,7 +407,6 @@ def _moved(camera: Array, focal: Array, middle: Array) -> Array:
 
 
 def _cause(camera: Array, rest: Array, size: tuple[int, int]) -> str:
-    """Describe what makes one camera of the other."""
     if abs(np.log(camera[:2].mean() / rest[:2].mean())) > SAME_FOCAL:
         return ZOOMED
     apart = float(np.linalg.norm(camera[2:4] - rest[2:4]))

@@ -8,11 +8,10 @@ import numpy as np
 
 from core.calibration import homography
 from core.calibration.board.board import Board
-from core.calibration.camera import bundle_adjustment, consistency, influence
+from core.calibration.camera import bundle_adjustment, consistency, suspects
 from core.calibration.camera.bundle_adjustment import BundleSolution, Corners, NormalEquations
 from core.calibration.camera.consistency import BoardShape, PictureGroup, Variation
-from core.calibration.camera.influence import Figures
-from core.calibration.camera.suspects import accuse, odd_lines
+from core.calibration.camera.suspects import Figures, accuse, odd_lines
 from core.calibration.levenberg_marquardt import FIRST_DAMPING
 from core.calibration.projection import PAPER, PARAMETERS, Poses, model_of, vector_of
 from core.errors import BadInput
@@ -131,12 +130,12 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
     covariance, doubts = _with_focal_doubt(corners, solution, free, covariance)
     if isinstance(found.part, Variation):
         covariance = covariance * max(found.part.excess, 1.0)
-    figures = influence.figures(solution.camera, covariance)
-    brought = influence.with_each(corners, solution, free)
+    figures = suspects.figures(solution.camera, covariance)
+    brought = suspects.with_each(corners, solution, free)
     verdicts = _verdicts(views, corners, everything, solution, board, figures, brought)
     faults = (*_faults(found, views, board), *doubts, *_off_centre(solution.camera, covariance, size))
     undecided = next((each.sentence for each in faults if each.code in UNDECIDED_CODES), "")
-    others = {} if undecided else influence.without_each(corners, solution, known, free, noise)
+    others = {} if undecided else suspects.without_each(corners, solution, known, free, noise)
     deciding = _deciding(views, others, figures)
     squares = np.sum(bundle_adjustment.errors(corners, solution) ** 2, axis=2)[corners.used]
     sentences = tuple(each.sentence for each in faults)
@@ -244,7 +243,6 @@ def _off_centre(camera: Array, covariance: Array, size: tuple[int, int]) -> tupl
 
 
 def _faults(found: _Found, views: Sequence[ViewCorners], board: Board) -> tuple[Fault, ...]:
-    """Say what does not agree, in sentences."""
     faults: list[Fault] = []
     if found.shape is not None:
         wide, extent = board.square * 1e3, found.shape.extent
@@ -446,7 +444,7 @@ def _verdicts(
             if used:
                 reason = f"used without {len(out)} of its corners: {reason}"
             elif number in brought:
-                reason += f"; {influence.words_with(brought[number], known, advise=not certain)}"
+                reason += f"; {suspects.words_with(brought[number], known, advise=not certain)}"
         else:
             reason = lines[number]
         verdicts.append(ViewVerdict(name=view.name, used=used, rms=float(rms[number]), reason=reason, left_out=out))
@@ -455,10 +453,10 @@ def _verdicts(
 
 def _deciding(views: Sequence[ViewCorners], others: Mapping[int, Figures], known: Figures) -> str:
     """A sentence about the view that decides most, if that is too much; "" where none does."""
-    if len(others) < influence.MIN_VIEWS:
+    if len(others) < suspects.MIN_VIEWS:
         return ""
-    number = max(others, key=lambda each: float(influence.sway(others[each], known).max()))
-    words = influence.words_without(others[number], known)
+    number = max(others, key=lambda each: float(suspects.sway(others[each], known).max()))
+    words = suspects.words_without(others[number], known)
     return words and f"{views[number].name} {words}."
 
 

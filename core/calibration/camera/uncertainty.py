@@ -95,11 +95,7 @@ def view_information(camera: Array, poses: Poses, points: Array, free: tuple[int
 
 def _derivatives(model: CameraModel, pixels: Array, free: tuple[int, ...]) -> tuple[Array, Array]:
     """Pixels (K, 2) → their derivatives by the free parameters (K, 2, P) and by a turn of the camera (K, 2, 3)."""
-    rays = np.column_stack((_ideal(model, pixels), np.ones(len(pixels))))
+    ideal = model.undistort((pixels - (model.cx, model.cy)) / (model.fx, model.fy))
+    rays = np.column_stack((ideal, np.ones(len(pixels))))
     columns = linearise(vector_of(model), AHEAD, rays).columns[0].reshape(15, 2, -1).transpose(2, 1, 0)
     return columns[:, :, list(free)], columns[:, :, len(PARAMETERS) : len(PARAMETERS) + 3]
-
-
-def _ideal(model: CameraModel, pixels: Array) -> Array:
-    """Pixels (K, 2) → ideal normalised coordinates (K, 2)."""
-    return model.undistort((pixels - (model.cx, model.cy)) / (model.fx, model.fy))

@@ -1,6 +1,6 @@
 """Straighten pictures and points: Table 1's inverse model on tie-points, and the exact path next to it."""
 
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 import cv2
 import numpy as np
@@ -20,11 +20,11 @@ def all_pixels(model: CameraModel) -> Array:
 TIE_POINTS = 40  # a side (Table 1)
 
 
-class InverseError(NamedTuple):
-    """Distance of corrected points from their true places, over every pixel of the picture."""
+class MapError(TypedDict):
+    """Distance of corrected points from their true places, over every pixel of the picture [pixel]."""
 
-    rms: float  # [pixel]
-    worst: float  # [pixel]
+    rms_px: float
+    max_px: float
 
 
 class TiePoints(NamedTuple):
@@ -67,7 +67,7 @@ def apply_inverse(a: Array, distorted: Array) -> Array:
     return (distorted + above @ a[:4]) / (1 + below @ a[4:])[:, None]
 
 
-def errors(model: CameraModel, a: Array | None = None) -> tuple[InverseError, InverseError]:
+def errors(model: CameraModel, a: Array | None = None) -> tuple[MapError, MapError]:
     """Errors of Table 1's inverse a1..a8 (8,) and of the exact path, over the picture's pixels.
 
     The exact path is measured by distorting its result again and comparing with the pixel itself. Pixels that no ray
@@ -121,10 +121,10 @@ def straighten(picture: Array, lookup: Array) -> Array:
     return cv2.remap(picture, places[..., 0], places[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
 
 
-def _summary(off: Array) -> InverseError:
+def _summary(off: Array) -> MapError:
     """Differences (N, 2) [pixel] → their root mean square and largest length."""
     squares = np.sum(off**2, axis=1)
-    return InverseError(float(np.sqrt(squares.mean())), float(np.sqrt(squares.max())))
+    return {"rms_px": float(np.sqrt(squares.mean())), "max_px": float(np.sqrt(squares.max()))}
 
 
 def _grid_lines(model: CameraModel, count: int) -> tuple[Array, Array]:

@@ -139,8 +139,10 @@ def parse_camera(text: str) -> CameraModel:
     for wrapping in ("camera", "cam0"):
         if isinstance(document.get(wrapping), dict):
             document = document[wrapping]
-    if "fx" in document:
-        return _from_names(document)
+    if "fx" in document:  # the output of `calibrate camera --json`
+        fx, fy, cx, cy = (document.get(name) for name in ("fx", "fy", "cx", "cy"))
+        terms = [document.get(name, 0.0) for name in ("k1", "k2", "p1", "p2", "k3")]
+        return _model(_size(document), [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]], terms, _kind(document))
     if not any(name in document for name in (*MATRICES, "intrinsics")):
         named = _named_model(document)
         if named:
@@ -282,15 +284,7 @@ def _other_model(named: str) -> BadInput:
     return refusal("camera.other_model", model=named[:40])
 
 
-def _from_names(document: dict[str, Any]) -> CameraModel:
-    """Read the output of `calibrate camera --json`."""
-    fx, fy, cx, cy = (document.get(name) for name in ("fx", "fy", "cx", "cy"))
-    coefficients = [document.get(name, 0.0) for name in ("k1", "k2", "p1", "p2", "k3")]
-    return _model(_size(document), [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]], coefficients, _kind(document))
-
-
 def _model(size: Any, matrix: Any, distortion: Any, kind: str) -> CameraModel:
-    """Check and assemble."""
     width, height = _numbers(size, "image size", (2,))
     if width != int(width) or height != int(height) or not (16 <= width <= 20000 and 16 <= height <= 20000):
         raise BadInput("the image size must be two whole numbers of pixels")

@@ -165,7 +165,6 @@ class MountWatch:
         self._forget(None)
 
     def _forget(self, camera: Camera | None) -> None:
-        """Start again, for this camera as it is calibrated."""
         self._camera = camera
         self._looks: deque[list[tuple[EdgePair, int]]] = deque(maxlen=self._settings.looks)
         self._places: list[Array] = []  # (2,) [m] of corners that were met, world

@@ -1,6 +1,6 @@
 """Explain a mount's calibration to the person who has to decide."""
 
-from typing import NamedTuple
+from typing import TypedDict
 
 import numpy as np
 
@@ -34,26 +34,26 @@ MEANING = {
 }
 
 
-class LaserOffset(NamedTuple):
-    """Error of a laser point in the picture, two standard deviations."""
+class LaserLanding(TypedDict):
+    """How far beside its place a laser point may be drawn, at one distance (95 %: two standard deviations)."""
 
-    distance: float  # [m]
-    sideways: float  # [pixel]
-    up_down: float  # [pixel]
+    distance_m: float
+    sideways_px: float
+    up_down_px: float
 
 
-def landings(found: Extrinsics, model: CameraModel) -> tuple[LaserOffset, ...]:
+def landings(found: Extrinsics, model: CameraModel) -> list[LaserLanding]:
     """The mount → how exactly laser points at 0.5, 1 and 3 m, where the camera looks, are placed in the picture."""
     sight = found.transform.rotation[:, 2] * (1.0, 1.0, 0.0)
     ahead = sight / np.linalg.norm(sight) if np.linalg.norm(sight) > 0.1 else np.array([1.0, 0.0, 0.0])
-    return tuple(_landing(found, model, ahead * distance) for distance in LANDING_DISTANCES_M)
+    return [_landing(found, model, ahead * distance) for distance in LANDING_DISTANCES_M]
 
 
-def laser_offset_words(offsets: tuple[LaserOffset, ...]) -> str:
+def laser_offset_words(offsets: list[LaserLanding]) -> str:
     """One sentence."""
-    sideways = " / ".join(f"{each.sideways:.1f}" for each in offsets)
-    up_down = " / ".join(f"{each.up_down:.1f}" for each in offsets)
-    distances = " / ".join(f"{each.distance:g}" for each in offsets)
+    sideways = " / ".join(f"{each['sideways_px']:.1f}" for each in offsets)
+    up_down = " / ".join(f"{each['up_down_px']:.1f}" for each in offsets)
+    distances = " / ".join(f"{each['distance_m']:g}" for each in offsets)
     return f"A laser point lands within ±{sideways} px sideways and ±{up_down} px up-down at {distances} m (95 %)."
 
 
@@ -103,7 +103,7 @@ def square_doubt(calibration: LaserCalibration, board: Board) -> str:
     return f"{square_words(calibration)}, not {entered}. Measure five squares with a ruler."
 
 
-def _landing(found: Extrinsics, model: CameraModel, point: Array) -> LaserOffset:
+def _landing(found: Extrinsics, model: CameraModel, point: Array) -> LaserLanding:
     """J = d pixel / d P_camera times d P_camera / d mount."""
     away = point - found.transform.translation
     into_camera = found.transform.rotation.T
@@ -112,4 +112,5 @@ def _landing(found: Extrinsics, model: CameraModel, point: Array) -> LaserOffset
     by_space = linearise(vector_of(model), there, np.zeros((1, 3))).by_pose[0][:, 3:]
     spread = by_space @ by_mount @ found.shown_covariance @ (by_space @ by_mount).T
     sideways, up_down = 2 * np.sqrt(np.diag(spread))
-    return LaserOffset(float(np.linalg.norm(point)), float(sideways), float(up_down))
+    distance = float(np.linalg.norm(point))
+    return {"distance_m": distance, "sideways_px": float(sideways), "up_down_px": float(up_down)}

@@ -83,7 +83,7 @@ def calibrate_laser(
     found = _solve(poses, beams, mount, freedom)
     for _ in range(MAX_SELECT_ROUNDS):
         again = [_enough(select_inside(pose.scan, pose.board, board, found)) for pose in poses]
-        if _seen(again) < max(3, _seen(beams) / 2) or _same(again, beams):
+        if _seen(again) < max(3, _seen(beams) / 2) or all(map(np.array_equal, again, beams)):
             break  # settled; or a first solution so poor that it misses its own boards
         beams = again
         found = _solve(poses, beams, mount, freedom, found.transform)
@@ -181,10 +181,6 @@ def _range_sd(poses: Sequence[LaserPose], beams: Sequence[Array]) -> float:
         if len(each) > 2
     ]
     return max(float(np.sqrt(np.median(spreads))), RANGE_FLOOR)
-
-
-def _same(beams: Sequence[Array], others: Sequence[Array]) -> bool:
-    return all(np.array_equal(one, other) for one, other in zip(beams, others, strict=True))
 
 
 def _seen(beams: Sequence[Array]) -> int:

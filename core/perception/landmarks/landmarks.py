@@ -205,7 +205,6 @@ def _confirm(
 
 
 def _sighting(corner: Corner, stamp: float, confirmed: bool, settings: EdgeSettings) -> Sighting:
-    """Corner (x, y) → its sighting."""
     seen = sighting_at(corner.position, settings.inflation * corner.covariance, stamp, settings, kind=corner.kind)
     return dataclasses.replace(seen, confirmed=confirmed, opening=corner.opening, sector=corner.sector)
 

@@ -116,7 +116,7 @@ class OtherLegs:
                 self._tracks[number - 1].take(at, stamp)
         for legs, at, _ in sorted(seen, key=lambda one: -one[0].legs):
             if not legs.pieces & used and all(np.hypot(*(at - other)) > MIN_BODY_GAP_M for other in taken):
-                self._begin(at, stamp)
+                self._tracks.append(LegTrack(place=at, velocity=np.zeros(2), stamp=stamp, measured=stamp))
                 used |= legs.pieces
                 taken.append(at)
         return own
@@ -146,9 +146,6 @@ class OtherLegs:
     def remove(self, track: LegTrack) -> None:
         """Forget a track: its legs are the person's."""
         self._tracks.remove(track)
-
-    def _begin(self, place: Array, stamp: float) -> None:
-        self._tracks.append(LegTrack(place=place, velocity=np.zeros(2), stamp=stamp, measured=stamp))
 
 
 def _cost(off: Array, spread: Array, gate: float) -> float:

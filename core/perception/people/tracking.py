@@ -184,7 +184,6 @@ class PersonTrack:
     def _looking(
         self, call: VoiceBearing, stamp: float, pose: Pose, points: Array, image: Image, camera: Camera
     ) -> Glance:
-        """A picture that is to be looked through."""
         bearing, sd = _towards(call, pose)
         wedge = sd * self._settings.wedge
         standers = find_standers(points)
@@ -355,7 +354,6 @@ class PersonTrack:
         return self._identity.is_doubtful(self._stamp) and (beside or self._likely[1] < self._identity.least)
 
     def _take_over(self, track: LegTrack) -> None:
-        """The person stands on these legs."""
         self._others.remove(track)
         self._identity.doubt(self._stamp)
         self._likely, self._on_legs = (self._stamp, SURE_RATIO), self._stamp
@@ -559,7 +557,6 @@ def _in_line(here: Pose, place: tuple[float, float], track: LegTrack) -> bool:
 
 
 def _stands_on(rectangle: Rectangle, track: LegTrack, here: Pose) -> bool:
-    """Return whether a person seen from `here` stands on these legs."""
     x, y = track.place.tolist()
     aside = rectangle.distance * abs(math.sin(rectangle.bearing - here.bearing_to(x, y)))
     return (

@@ -93,7 +93,6 @@ class VoiceTracker:
                 self._next += 1
 
     def _born(self, direction: Direction, now: float) -> Voice:
-        """A new voice."""
         return Voice(
             id=self._next,
             towards=direction.towards,

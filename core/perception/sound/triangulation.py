@@ -52,7 +52,8 @@ def cross(bearings: Sequence[Bearing]) -> VoicePlace:
     table = np.array([(one.x, one.y, one.azimuth, one.sd) for one in usable])
     best: Array | None = None
     score = 0.0
-    for first, second in _pairs(len(usable), MAX_PAIR_COUNT):
+    pairs = list(itertools.combinations(range(len(usable)), 2))
+    for first, second in pairs[:: max(1, len(pairs) // MAX_PAIR_COUNT)]:
         start = crossing(table[first], table[second])
         if start is None:
             continue
@@ -67,12 +68,6 @@ def cross(bearings: Sequence[Bearing]) -> VoicePlace:
 
 def _nowhere(reason: str) -> VoicePlace:
     return VoicePlace(position=None, covariance=None, reason=reason)
-
-
-def _pairs(count: int, most: int) -> list[tuple[int, int]]:
-    """All pairs, or an even choice of them."""
-    pairs = list(itertools.combinations(range(count), 2))
-    return pairs[:: max(1, len(pairs) // most)]
 
 
 def crossing(one: Array, other: Array) -> Array | None:

@@ -219,7 +219,6 @@ class LoopCloser:
         return reach, min(settings.angle + settings.angle_per_way * way, settings.widest_angle)
 
     def _place(self, base: Keyframe) -> RecognizedPlace:
-        """Return the place around a view, by the present map."""
         graph, submap = self._graph, self._graph.submaps[base.submap]
         key = (base.id, graph.revision, len(submap.views))
         if key not in self._places:

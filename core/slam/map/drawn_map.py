@@ -14,7 +14,7 @@ from core.message import Array
 from core.sentences import Statement
 from core.slam.map.map_file import FORM_NUMBER, MapFacts, SavedMap
 from core.slam.map.occupancy import OccupancyGrid, OccupancySettings
-from core.slam.map.settings import SubmapSettings
+from core.slam.map.submap import SubmapSettings
 
 OCCUPIED_LOG_ODDS, FREE_LOG_ODDS = 0.6, -0.3  # as the search for the robot's place has it
 VIEW_SPACING_M = 1.0

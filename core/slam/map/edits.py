@@ -38,7 +38,8 @@ class MapEdit:
         mask = np.zeros((rows, columns), bool)
         if (high > low).all():
             part = mask[low[1] : high[1], low[0] : high[0]]
-            part[:] = _swept(corners - low, reach, part.shape) if self.width else _within(corners - low, part.shape)
+            x, y = np.meshgrid(np.arange(part.shape[1]), np.arange(part.shape[0]))
+            part[:] = _swept(corners - low, reach, part.shape) if self.width else within(corners - low, x, y)
         return ~mask if self.kind == "crop" else mask
 
 
@@ -75,14 +76,13 @@ class MapEdits:
         return inside & hidden[np.where(inside, row, 0), np.where(inside, column, 0)]
 
 
-def _within(corners: Array, shape: tuple[int, ...]) -> Array:
-    """Mask of the cells whose middle lies in a polygon (N, 2) in cells."""
-    mask = np.zeros(shape, np.uint8)
-    x, y = np.meshgrid(np.arange(shape[1]), np.arange(shape[0]))
+def within(corners: Array, x: Array, y: Array) -> Array:
+    """Places x and y (...) → (...) bool: those in the polygon (N, 2), by the even-odd rule."""
+    inside = np.zeros(x.shape, bool)
     for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         if y0 != y1:
-            mask ^= ((y0 > y) != (y1 > y)) & (x < (x1 - x0) * (y - y0) / (y1 - y0) + x0)
-    return mask.astype(bool)
+            inside ^= ((y0 > y) != (y1 > y)) & (x < (x1 - x0) * (y - y0) / (y1 - y0) + x0)
+    return inside
 
 
 def _swept(corners: Array, reach: float, shape: tuple[int, ...]) -> Array:

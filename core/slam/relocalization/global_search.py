@@ -73,7 +73,7 @@ def search_near(
             for y in steps:
                 start = Pose(guess.x + float(x), guess.y + float(y), wrap(guess.heading + float(turn)))
                 place = pyramid.field.search(few, start, tile / 2, 0.0, 0.1, 1.0)
-                places.append((float(pyramid.values(place.apply(few)).mean()), place))
+                places.append((float(pyramid.field.cells_at(place.apply(few)).mean()), place))
         yield
     fits = yield from _look_closer(pyramid, view, places, MIN_CANDIDATE_SCORE)
     return [fit for fit in fits if guess.distance_to(fit.pose.x, fit.pose.y) <= reach + 0.3]
@@ -103,7 +103,7 @@ def aside(pyramid: SearchPyramid, view: ScanView, pose: Pose) -> Array:
     shift = CELL_M * np.arange(-15, 16)
     offsets = np.stack(np.meshgrid(shift, shift, indexing="ij"), axis=-1).reshape(-1, 1, 2)
     points = pose.apply(view.points[:: max(1, -(-len(view.points) // MAX_BEAMS))])
-    return pyramid.values(points[None] + offsets).mean(axis=1).reshape(31, 31)
+    return pyramid.field.cells_at(points[None] + offsets).mean(axis=1).reshape(31, 31)
 
 
 def ring() -> Array:

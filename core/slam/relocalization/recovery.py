@@ -128,7 +128,9 @@ class Recovery:
         """Search the whole map with every new view until one place is believed."""
         pyramid = yield from self._charted()
         if pyramid is None:
-            return (yield from self._ask(EMPTY))
+            self._phase, self._words = "asking", EMPTY
+            while True:
+                yield
         seen = PlaceHypotheses(pyramid, 1.0 - self._usual)
         while True:
             while self._view is None or not seen.is_news(self._view):
@@ -140,7 +142,9 @@ class Recovery:
                     return stayed
             self.waiting = False
             yield from seen.consider(self._view)
-            self._tell(seen)
+            self._places = tuple(place.pose for place in seen.places)
+            if self._phase != "asking" and self._places:
+                self._phase = "confirming"
             best = seen.believed()
             if best is not None:
                 yield
@@ -198,18 +202,6 @@ class Recovery:
         if self._chart is None:
             self._chart = yield from SearchPyramid.prepare(self._mapped, self._points)
         return self._chart
-
-    def _ask(self, words: str) -> Generator[None, None, RecoveredPose | None]:
-        """Ask the operator and wait."""
-        self._phase, self._words = "asking", words
-        while True:
-            yield
-
-    def _tell(self, seen: PlaceHypotheses) -> None:
-        """Publish the places after the newest view."""
-        self._places = tuple(place.pose for place in seen.places)
-        if self._phase != "asking" and self._places:
-            self._phase = "confirming"
 
     def _ask_after(self, seen: PlaceHypotheses) -> None:
         """Ask the operator after a full turn or the end of the patience."""

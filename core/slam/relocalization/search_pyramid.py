@@ -93,14 +93,6 @@ class SearchPyramid:
             self._spectra[size] = cv2.dft(padded)
         return self._spectra[size]
 
-    def values(self, points: Array) -> Array:
-        """Points (..., 2) [m], world → the field's value (...) in their cells; 0 outside."""
-        cells = np.floor((points - self.field.origin) / CELL_M).astype(int)
-        rows, columns = self.field.values.shape
-        inside = (cells[..., 0] >= 0) & (cells[..., 0] < columns) & (cells[..., 1] >= 0) & (cells[..., 1] < rows)
-        flat = np.where(inside, cells[..., 1] * columns + cells[..., 0], 0)
-        return np.where(inside, self.field.values.ravel()[flat], 0.0)
-
     def standing(self, x: float, y: float) -> bool:
         """Return whether the map has free floor at (x, y) [m] or next to it."""
         (column, row), (rows, columns) = self._cells(np.array([x, y])), self.free.shape

@@ -79,10 +79,13 @@ class ScanOdometry:
         elapsed = 0.0 if self.taken is None else taken - self.taken
         self.taken = taken
         if elapsed < 0.0:
-            self._forget()
+            self._frames.clear()  # time went backwards (a seek): the local map is of no use
+            self._field, self._motion = None, Pose()
         points, _ = deskew(scan, self._laser, self.wheels, taken)
         if self._field is None:
-            return self._begin(points)
+            if len(points) >= MIN_POINTS:
+                self._keep(points)
+            return Increment()
         match = self._search(self._field, points, elapsed)
         self.score = match.score if match else None
         if match is None:
@@ -138,17 +141,6 @@ class ScanOdometry:
         self.pose, before = self._matched, self.pose
         sd = np.array([settings.blind_speed, settings.blind_speed, settings.blind_turn]) * max(elapsed, 0.1)
         return Increment(before.inverse() @ self.pose, np.diag(sd**2))
-
-    def _begin(self, points: Array) -> Increment:
-        """The first scan with enough in it begins the local map."""
-        if len(points) >= MIN_POINTS:
-            self._keep(points)
-        return Increment()
-
-    def _forget(self) -> None:
-        """Time went backwards (a seek): the local map is of no use."""
-        self._frames.clear()
-        self._field, self._motion = None, Pose()
 
     def _keep(self, points: Array) -> None:
         """Make a keyframe of the scan if the last one is far enough away."""

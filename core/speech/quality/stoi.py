@@ -65,15 +65,12 @@ def _check(clean: Array, degraded: Array) -> None:
         raise BadInput("Only recordings of equal length can be compared.")
 
 
-def _window() -> Array:
-    return np.hanning(FRAME_SAMPLES + 2)[1:-1]
-
-
 def _frames(samples: Array) -> Array:
     """Windowed frames (T, FRAME)."""
     if len(samples) <= FRAME_SAMPLES:
         return np.zeros((0, FRAME_SAMPLES))
-    return sliding_window_view(samples, FRAME_SAMPLES)[: len(samples) - FRAME_SAMPLES : STEP_SAMPLES] * _window()
+    window = np.hanning(FRAME_SAMPLES + 2)[1:-1]
+    return sliding_window_view(samples, FRAME_SAMPLES)[: len(samples) - FRAME_SAMPLES : STEP_SAMPLES] * window
 
 
 def _without_silence(clean: Array, degraded: Array) -> tuple[Array, Array]:

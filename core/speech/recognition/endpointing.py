@@ -81,7 +81,8 @@ class Endpointer:
     @property
     def so_far(self) -> Utterance | None:
         """The utterance under way, when its speaker has just made a short pause: it may be over."""
-        if self._begin is None or self._framed_until - self._last_voice < self._pause(self._begin):
+        framed_until = self._start + (self._framed + FRAME_SAMPLES / 2) / RATE_HZ
+        if self._begin is None or framed_until - self._last_voice < self._pause(self._begin):
             return None
         return self._utterance(self._begin, False)
 
@@ -104,10 +105,6 @@ class Endpointer:
     @property
     def _now(self) -> float:
         return self._start + len(self._samples) / RATE_HZ
-
-    @property
-    def _framed_until(self) -> float:
-        return self._start + (self._framed + FRAME_SAMPLES / 2) / RATE_HZ
 
     def _step(self, power: Array, time: float) -> Utterance | None:
         """One frame (K,) at `time` [s] → the utterance that it ends."""

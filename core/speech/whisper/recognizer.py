@@ -536,7 +536,6 @@ def _ways_to_write(place: NamedPlace) -> list[str]:
 
 
 def _in_capitals(name: str) -> str:
-    """A name as titles are written."""
     return name.title().replace("'S", "'s")
 
 

@@ -91,7 +91,6 @@ class _SpellingBuilder:
         self.free[source].add(target)
 
     def _write(self, text: str, source: int, target: int) -> None:
-        """Add the tokens of one text between two places."""
         *first, last = self._encode(text)
         for token in first:
             place = self._new()
@@ -158,7 +157,6 @@ class _SpellingBuilder:
             spoken = following
 
     def _write_decimals(self, source: int, target: int) -> None:
-        """Add a point and what stands behind it."""
         self._write_digits(".", source, target)
         point = self._new()
         self._write(" point", source, point)
@@ -175,7 +173,6 @@ class _SpellingBuilder:
                     self._write(f"{value:0{count}}", place, target)
 
     def _write_whole(self, source: int, digits: int, words: int) -> None:
-        """Add what stands before the point."""
         for value in range(HIGHEST + 1):
             self._write(f" {value}", source, digits)
         for word in (*DIGITS, *TEEN_WORDS, *TENS, "one hundred"):

@@ -20,7 +20,7 @@ from core.geometry import Pose
 from core.pilot import Pilot
 from core.pipelines import slam
 from core.pipelines.slam import slam_log
-from core.pipelines.slam_files import landmarks_csv, trajectory_tum
+from core.pipelines.slam_report import landmarks_csv, trajectory_tum
 from core.recording.drive import DriveRecording
 from core.robots.connect import connect
 from core.sensors.checks import UnusableReading

@@ -12,7 +12,7 @@ from core.geometry import Pose
 from core.slam.map.drawn_map import drawn_map
 from core.slam.map.map_file import checked
 from core.slam.map.occupancy import OccupancyGrid, OccupancySettings
-from core.slam.map.settings import SubmapSettings
+from core.slam.map.submap import SubmapSettings
 from core.slam.map_join import join_maps, match_maps
 from core.slam.mapper import Mapper
 from tests.benchmarks.join_maps import joined

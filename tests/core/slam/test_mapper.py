@@ -12,7 +12,7 @@ import pytest
 from core.errors import BadInput
 from core.simulation.world import world_named
 from core.slam.map.map_file import ARRAYS, WORDS, SavedMap
-from core.slam.map.settings import SubmapSettings
+from core.slam.map.submap import SubmapSettings
 from core.slam.mapper import Mapper
 from core.slam.submap_manager import MapperSettings
 from tests.core.slam.ring import LASER, RING, Moment, drive, told

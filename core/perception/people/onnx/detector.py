@@ -181,7 +181,8 @@ class OwnModelDetector:
         view, factor = Viewpoint(question.camera), max(height, width) / self._side
         distance = question.distances[0] if question.distances else None
         found: list[Rectangle] = []
-        for box, score, points in _apart(self._detections(pixels)):
+        outputs = run(self._net, letterboxed(pixels, self._side, self._layout))
+        for box, score, points in _apart(self._layout.decode(outputs, self._side)):
             edges = _scaled(box, factor)
             if points is None:
                 body = body_of_box(edges, score)
@@ -191,10 +192,6 @@ class OwnModelDetector:
             if weighed.value >= self._settings.threshold and self._rules.fits(body, distance, question, view):
                 found.append(rectangle_of(weighed, distance, question, view, looks_in_boxes(weighed, pixels)))
         return tuple(sorted(found, key=lambda one: -one.value))
-
-    def _detections(self, pixels: Array) -> Detections:
-        outputs = run(self._net, letterboxed(pixels, self._side, self._layout))
-        return self._layout.decode(outputs, self._side)
 
 
 class OwnLandmarkNetwork:

@@ -138,7 +138,6 @@ def _detected(
 
 
 def _windows(picture: ImagePyramid, column: float) -> Iterator[Square]:
-    """Windows around a column."""
     for share in WINDOW_SHARES:
         side = share * picture.height
         count = 1 if share >= 1 else math.ceil((picture.height - side) / (STRIDE_SHARE * side)) + 1
@@ -152,18 +151,14 @@ def _tiles(picture: ImagePyramid) -> Iterator[Square]:
     yield Square(x=picture.width / 2, y=picture.height / 2, side=float(whole))
     for share in WINDOW_SHARES:
         side = share * picture.height
+        if side >= 0.95 * whole:
+            continue
         count = min(MOST_TILES, max(1, math.ceil((picture.width - side) / (STRIDE_SHARE * side)) + 1))
         first, last = min(side, picture.width) / 2, picture.width - min(side, picture.width) / 2
+        rows = [picture.height / 2] if side >= picture.height else [side / 2, picture.height - side / 2]
         for column in np.linspace(first, last, count):
-            for square in _windows_of(picture, float(column), side):
-                if square.side < 0.95 * whole:
-                    yield square
-
-
-def _windows_of(picture: ImagePyramid, column: float, side: float) -> Iterator[Square]:
-    rows = [picture.height / 2] if side >= picture.height else [side / 2, picture.height - side / 2]
-    for row in rows:
-        yield Square(x=column, y=row, side=side)
+            for row in rows:
+                yield Square(x=float(column), y=row, side=side)
 
 
 MIN_JOINT_CONFIDENCE = 0.55  # of the first look, of it times K after the second, and of a look in a mirror

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from core.calibration.camera import bundle_adjustment, consistency, influence
+from core.calibration.camera import bundle_adjustment, consistency, suspects
 from core.calibration.camera.bundle_adjustment import BundleSolution
 from core.calibration.camera.intrinsics import Calibration, calibrate
 from core.calibration.camera.session import AcceptedView, CameraSession
@@ -36,11 +36,11 @@ def refined(found: Calibration, which: Array, *, everything: bool = False) -> Ar
     if everything:
         some = some._replace(used=np.ones_like(some.used))
     start = BundleSolution(found.solution.camera, found.poses.take(which))
-    return influence.MEANS @ bundle_adjustment.refine(some, start, free_of(found)).camera[:4]
+    return suspects.MEANS @ bundle_adjustment.refine(some, start, free_of(found)).camera[:4]
 
 
-def known_of(found: Calibration) -> influence.Figures:
-    return influence.figures(found.solution.camera, found.covariance)
+def known_of(found: Calibration) -> suspects.Figures:
+    return suspects.figures(found.solution.camera, found.covariance)
 
 
 def stretched(corners: Array) -> Array:
@@ -59,7 +59,7 @@ def rows_swapped(corners: Array) -> Array:
 def test_what_the_others_give_without_a_view_is_what_solving_without_it_gives(count: int) -> None:
     found = solved(some_corners(count, noise=0.15, seed=3)[0].pixels)
     known = known_of(found)
-    others = influence.without_each(
+    others = suspects.without_each(
         found.corners,
         found.solution,
         consistency.equations(found.corners, found.solution),
@@ -82,7 +82,7 @@ def test_a_view_that_is_left_out_says_what_it_would_change(culprit: int) -> None
     assert not verdict.used
     told = TOLD.search(verdict.reason)
     assert told is not None
-    figure, value, sds = influence.NAMES.index(told[1]), float(told[2]), int(told[4])
+    figure, value, sds = suspects.NAMES.index(told[1]), float(told[2]), int(told[4])
     change = value - known.values[figure]
     assert float(told[3]) == pytest.approx(known.values[figure], abs=0.051)
     assert value == pytest.approx(refined(found, np.ones(13, bool), everything=True)[figure], abs=0.06)

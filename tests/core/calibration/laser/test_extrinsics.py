@@ -213,6 +213,6 @@ def test_where_a_laser_point_lands_is_told_with_its_uncertainty() -> None:
     room = a_room(3)
     found = solve([pair_of(room, shot) for shot in room.shots(20, 20)])
     told = landings(found, TABLE_3)
-    assert [round(each.distance, 1) for each in told] == [0.5, 1.0, 3.0]
-    assert all(0 < each.sideways < 10 and 0 < each.up_down < 10 for each in told)
+    assert [round(each["distance_m"], 1) for each in told] == [0.5, 1.0, 3.0]
+    assert all(0 < each["sideways_px"] < 10 and 0 < each["up_down_px"] < 10 for each in told)
     assert "0.5 / 1 / 3 m" in laser_offset_words(told)

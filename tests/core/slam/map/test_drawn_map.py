@@ -15,7 +15,7 @@ from core.sensors import SensorFrame
 from core.slam.map.drawn_map import _cast, drawn_map
 from core.slam.map.map_file import checked
 from core.slam.map.occupancy import OccupancyGrid, OccupancySettings
-from core.slam.map.settings import SubmapSettings
+from core.slam.map.submap import SubmapSettings
 from core.slam.mapper import Mapper
 from core.slam.motion import Motion
 

@@ -43,7 +43,7 @@ def test_the_coarse_score_is_never_lower_than_the_fine_one(lab: SearchPyramid) -
         pose = anywhere(LAB, rng)
         points = seen(LAB, pose).points @ rotation(pose.heading).T
         place = rng.uniform(-0.5, 0.5, 2) + np.array([pose.x, pose.y])
-        fine = lab.values(points + place).mean()
+        fine = lab.field.cells_at(points + place).mean()
         cells = np.floor(points / POOL_M).astype(int) + np.floor((place - lab.field.origin) / POOL_M).astype(int)
         inside = ((cells >= 0) & (cells < lab.bound.shape[::-1])).all(axis=1)
         coarse = lab.bound[cells[inside, 1], cells[inside, 0]].sum() / len(points)
