@@ -24,7 +24,8 @@ from core.files import UNFINISHED, reason
 MANIFEST = "beckon-backup.json"
 BACKUP_FORMAT = 1
 DATABASE = "history.sqlite"
-NEVER_KEPT = ("models", "lock", "access.lock")  # downloaded again; held by a process
+NEVER_KEPT = ("models", "lock", "access.lock", "before-restore", "open.html")  # made again, or of this machine alone
+HALT = "halt."  # begins the latch of a halt: only a person ends it
 RECORDINGS = "recordings"
 MAX_MANIFEST_BYTES = 64 << 20
 BLOCK_BYTES = 1 << 20
@@ -53,7 +54,7 @@ def write_backup(home: Path, file: Path, *, recordings: bool = False) -> BackupR
         part = Path(name)  # keys of logins are in it
         with os.fdopen(handle, "wb") as written, tarfile.open(fileobj=written, mode="w:gz") as box:
             for path in _kept(home, recordings):
-                with _content(home, path) as content:
+                with _content(path) as content:
                     rows.append(_packed(box, path.relative_to(home).as_posix(), content))
             made = {"format": BACKUP_FORMAT, "beckon": beckon_version(), "made_s": round(time.time(), 3)}
             _packed(box, MANIFEST, io.BytesIO(json.dumps({**made, "files": rows}, indent=1).encode()))
@@ -92,25 +93,27 @@ def restore_backup(file: Path, home: Path, *, replace: bool = False) -> BackupRe
 
 
 def _lasts(name: str) -> bool:
-    return name not in NEVER_KEPT and not name.endswith(UNFINISHED)
+    return name not in NEVER_KEPT and not name.endswith(UNFINISHED) and not name.startswith(HALT)
 
 
 def _kept(home: Path, recordings: bool) -> Iterator[Path]:
     for top in sorted(home.iterdir()):
         if not OURS.fullmatch(top.name) or not _lasts(top.name):
             continue
-        if top.name.startswith(DATABASE) and top.name != DATABASE:
-            continue  # the journals: the database itself is copied whole
         if top.name == RECORDINGS and not recordings:
             continue
         files = sorted(top.rglob("*")) if top.is_dir() else [top]
-        yield from (path for path in files if path.is_file() and not path.is_symlink())
+        for path in files:
+            journal = path.name.startswith(f"{DATABASE}-")  # the database itself is copied whole
+            unfinished = path.name.startswith(".") and path.name.endswith(UNFINISHED)
+            if path.is_file() and not (path.is_symlink() or journal or unfinished):
+                yield path
 
 
 @contextlib.contextmanager
-def _content(home: Path, path: Path) -> Generator[IO[bytes]]:
+def _content(path: Path) -> Generator[IO[bytes]]:
     """Return a file to read; of the database a copy that is whole while it is written to."""
-    if path != home / DATABASE:
+    if path.name != DATABASE:
         with path.open("rb") as content:
             yield content
         return
@@ -222,7 +225,9 @@ def _swap(staged: Path, home: Path, replace: bool) -> None:
     before = home / "before-restore"
     if present and before.exists():
         raise BadInput(f"{before} is still there from an earlier restore: move it away first.")
-    moves = [(path, before / path.name) for path in present] + [(path, home / path.name) for path in staged.iterdir()]
+    moves = [(path, before / path.name) for path in present] + [
+        (path, home / path.name) for path in staged.iterdir() if _lasts(path.name)
+    ]
     with contextlib.ExitStack() as back:
         if present:
             before.mkdir(mode=0o700)

@@ -98,7 +98,7 @@ class Broadcaster:
 
     def watched(self, kind: str) -> bool:
         """Return whether any viewer wants this kind; a message that nobody wants need not be made."""
-        return any(kind in viewer.wants for viewer in self.viewers)
+        return any(kind in viewer.wants for viewer in tuple(self.viewers))  # the pilot's thread asks, too
 
     def _begin(self, kind: str) -> None:
         if not self.watched(kind):

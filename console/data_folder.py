@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 OURS = re.compile(
     r"history\.sqlite.*|console\.log.*|halt\..*|lock|access\..*|maps|calibration|people|robots|speech_quality|experiments|recordings|fleet|settings\.toml|route\.json|pictures|models|"
+    r"recordings\.json|before-restore|open\.html|"
     r"\..*\.new"
 )
 LOOK_PERIOD_S, TROUBLED_LOOK_PERIOD_S = 10.0, 2.0  # between looks while all is well, and while it is not

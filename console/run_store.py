@@ -133,7 +133,7 @@ class RunStore(Part, Generic[RunT]):
             state = "done"
         except BeckonError as refusal:
             state, run.reason = "failed", str(refusal)
-        except (OSError, msgspec.MsgspecError):
+        except Exception:
             log.exception("A run of %s failed", self._folder.name)
             state, run.reason = "failed", "The run failed on this computer; the log says more."
         finally:

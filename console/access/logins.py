@@ -138,12 +138,11 @@ class Logins:
         return self._end({login.digest for login in self._records.logins.values() if login.id == number})
 
     def expire(self, now: float) -> list[Person]:
-        """End the keys and logins whose time is over; whose the logins were."""
+        """End the keys and logins whose time is over → whose they were."""
         wall = now + self._ahead
         keys = (key.digest for key in self._records.keys.values() if key.end_s is not None and wall >= key.end_s)
-        if over := frozenset(keys):
-            self._make(Change(over=over))
-        return self._end({login.digest for login in self._records.logins.values() if wall >= login.end_s})
+        logins = {login.digest for login in self._records.logins.values() if wall >= login.end_s}
+        return self._end(logins, frozenset(keys))
 
     # the disk
 
@@ -191,11 +190,12 @@ class Logins:
         if self._file is not None:
             self._unsaved.append(change)
 
-    def _end(self, digests: set[str]) -> list[Person]:
-        if not digests:
+    def _end(self, digests: set[str], over: frozenset[str] = frozenset()) -> list[Person]:
+        """Revoke some, and remove others that are over → whose they were, and those of the logins they opened."""
+        if not digests | over:
             return []
         before = self._records.people
-        self._make(Change(revoked=frozenset(digests)))
+        self._make(Change(revoked=frozenset(digests), over=over))
         after = self._records.people
         return [person for digest, person in before.items() if digest not in after]
 

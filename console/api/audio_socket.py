@@ -53,6 +53,7 @@ class AudioSocket:
         self._tally, self._volume = RateCounter(), RateCounter()
         self._down: asyncio.Queue[audio.AudioDown] = asyncio.Queue(MOST_WAITING)
         self._closing: CloseSocket | None = None
+        self._closed = asyncio.Event()  # it is to close
         self._number = 0
         self._listener = WordListener(
             SOURCE, person, runtime.parts[PendingCommands], runtime.dispatcher, runtime.history
@@ -99,27 +100,36 @@ class AudioSocket:
         )
 
     async def _converse(self) -> None:
-        speaker = asyncio.create_task(self._send_all())
+        speaker, listener = asyncio.create_task(self._send_all()), asyncio.create_task(self._receive_all())
+        closed = asyncio.create_task(self._closed.wait())
         try:
-            while self._closing is None:
-                message = await self._socket.receive()
-                if message["type"] == "websocket.disconnect":
-                    self._closing = GONE
-                elif self._tally.add(time.monotonic()) > MOST_PER_SECOND:
-                    self._close(1008, f"More than {MOST_PER_SECOND} messages a second.")
-                elif self._volume.add(time.monotonic(), size_of(message)) > MOST_BYTES:
-                    self._close(1008, f"More than {MOST_BYTES} bytes a second.")
-                elif message.get("bytes") is not None:
-                    self._take_sound(message["bytes"])
-                else:
-                    self._take_message(message.get("text") or "")
+            await asyncio.wait({listener, closed}, return_when=asyncio.FIRST_COMPLETED)
+            if listener.done():
+                listener.result()
         finally:
             self._until = time.monotonic()
             if self._turn is not None:
                 self._turn.rest()
             self._end_mouth()
             self._runtime.parts[PendingCommands].left(self._person)
-            await end(speaker)
+            await end(speaker, listener, closed)
+
+    async def _receive_all(self) -> None:
+        """Take messages until the socket closes; one that comes after that is not obeyed."""
+        while True:
+            message = await self._socket.receive()
+            if self._closing is not None:
+                return
+            if message["type"] == "websocket.disconnect":
+                self._close(GONE.code, GONE.reason)
+            elif self._tally.add(time.monotonic()) > MOST_PER_SECOND:
+                self._close(1008, f"More than {MOST_PER_SECOND} messages a second.")
+            elif self._volume.add(time.monotonic(), size_of(message)) > MOST_BYTES:
+                self._close(1008, f"More than {MOST_BYTES} bytes a second.")
+            elif message.get("bytes") is not None:
+                self._take_sound(message["bytes"])
+            else:
+                self._take_message(message.get("text") or "")
 
     async def _send_all(self) -> None:
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
@@ -130,6 +140,7 @@ class AudioSocket:
     def _close(self, code: int, reason: str) -> None:
         """Before the next message is taken."""
         self._closing = self._closing or CloseSocket(code, reason)
+        self._closed.set()
 
     def _tell(self, message: audio.AudioDown) -> None:
         if self._down.full():

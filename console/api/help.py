@@ -50,7 +50,7 @@ async def help_page(path: str, request: Request) -> Response:
     A browser that is signed in gets a page within Help.
     """
     folder = (static_folder() / "docs").resolve()
-    file = (folder / path).resolve()
+    file = (folder / path.replace("\0", "")).resolve()
     if not file.is_relative_to(folder) or not file.is_file():
         raise Problem(404, "There is no such page; /help has the table of contents.")
     if file.suffix != ".md":

@@ -113,7 +113,7 @@ async def keep(asked: KeepRequest, recorder: Recorder, who: Who) -> FinishedReco
     kept = await recorder.keep(asked.seconds, KEPT_BY(person=who.name), who)
     if asked.note:
         await recorder.rewrite(kept.name, asked.note, None)
-    return kept
+    return msgspec.structs.replace(kept, note=asked.note)
 
 
 @recordings.get("/recordings/{name}", **sends_file(ANY_FILE))

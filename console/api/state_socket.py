@@ -201,7 +201,7 @@ class StateSocket:
                 entry = dispatcher.submit(message.text, message.source, person, said=Spoken(now, given))
                 return messages.AnswerMessage(message.ref, True, 202, entry.heard_as, id=entry.id)
             case inbound.LeaseMessage():
-                dispatcher.change_lease(message.do, person)
+                self._change_lease(message)
                 return messages.AnswerMessage(message.ref, True, 200)
             case inbound.HaltResetMessage():
                 dispatcher.reset(person, "page")
@@ -213,6 +213,12 @@ class StateSocket:
             case inbound.StopMessage() | inbound.HaltMessage():
                 self._stop_controller(message)
         return None
+
+    def _change_lease(self, asked: inbound.LeaseMessage) -> None:
+        if asked.do != "leave":
+            self._runtime.dispatcher.change_lease(asked.do, self._person)
+        elif self._runtime.lease.is_last_page(self._person):
+            self._runtime.dispatcher.change_lease("release", self._person)
 
     def _want(self, asked: inbound.SubscriptionMessage) -> None:
         """Camera on or off; another calibration session, or none."""

@@ -154,7 +154,12 @@ class ConnectionService(Part):
         if scheme != "log" or not rest or not url.isprintable():
             raise BadInput(Statement("connect.opened_here"))
         name, mark, run = rest.partition("#")  # FILE#N picks a run
-        file = self._recordings / Path(name).expanduser()
+        try:
+            file = self._recordings / Path(name).expanduser()
+        except RuntimeError:  # ~ of nobody
+            raise BadInput(
+                Statement("connect.no_recording", name=Path(name).name[:80], folder=self._recordings)
+            ) from None
         if not self._is_free_for(who, url) and not inside(file, [self._recordings, *self.reach.folders]):
             raise Problem(403, Statement("connect.only_recordings", folder=self._recordings))
         if not (file.is_file() or file.is_dir()):

@@ -103,6 +103,10 @@ class Lease:
         self._sockets[person.id] = self._sockets.get(person.id, 0) + 1
         self.active(person, now)
 
+    def is_last_page(self, person: Person) -> bool:
+        """No more than one socket of this person is open."""
+        return self._sockets.get(person.id, 0) <= 1
+
     def disconnected(self, person: Person) -> None:
         """A socket of this person is gone."""
         left = self._sockets.get(person.id, 0) - 1

@@ -43,9 +43,12 @@ class SayMessage(InboundMessage, tag="command"):
 
 
 class LeaseMessage(InboundMessage, tag="lease"):
-    """Take control, take it over, give it back; ask who has it; the answer to who asks: give or keep."""
+    """Take control, take it over, give it back; ask who has it; the answer to who asks: give or keep.
 
-    do: Literal["acquire", "take", "release", "ask", "give", "keep"]
+    `leave`: this page is left; control is given back unless the same person has another page open.
+    """
+
+    do: Literal["acquire", "take", "release", "leave", "ask", "give", "keep"]
     ref: Count
 
 

@@ -46,7 +46,7 @@ from console.recording.work import (
 from console.robot.supervisor import RobotSupervisor
 from console.workers.worker import Worker
 from core.errors import BadInput, BeckonError, Refused
-from core.files import saving, write_atomic
+from core.files import reason, saving, write_atomic
 from core.pilot.pilot import Pilot
 from core.pilot.trail import NO_POINTS
 from core.pipelines.drive_film import FilmForm
@@ -129,7 +129,7 @@ class RecordingService(Part):
         self._folder, self._notes_file = home / FOLDER, home / NOTES
         self._settings, self._robot, self._history, self._notifications = settings, robot, history, notifications
         self._attached = attached
-        self._worker, self._cutter = Worker("recorder"), Worker("recorder")  # a cut holds up no recording
+        self._worker, self._cutter = Worker("recorder"), Worker("recorder")  # reading a file holds up no recording
         self._described = self._writes = 0  # start of the worker that knows the robot, that writes the file
         self._moments: list[RecordedMoment] = []
         self._left_out = 0
@@ -205,7 +205,10 @@ class RecordingService(Part):
             await asyncio.shield(self._send())  # a console that ends meanwhile would end the recorder
             if self._unfinished:
                 await self._recover()
-            await self._after_batch(time.monotonic())
+            try:
+                await self._after_batch(time.monotonic())
+            except OSError as trouble:  # of the folder; what is written is not concerned
+                self._notifications.tell("error", Statement("recording.folder", trouble=reason(trouble)), "recorder")
 
     async def close(self) -> None:
         if self._running is not None:
@@ -496,8 +499,8 @@ class RecordingService(Part):
                     self._goes_next = name
                     self._notifications.tell("warning", NEXT_GOES(name=name), "recorder")
                 return
-            self._notifications.tell("warning", OLD_GOES(name=name), "recorder")
             await asyncio.to_thread(self._path(name).unlink, missing_ok=True)
+            self._notifications.tell("warning", OLD_GOES(name=name), "recorder")
             self.revision += 1
             total -= size
 
@@ -506,12 +509,13 @@ class RecordingService(Part):
     async def all(self) -> list[FinishedRecording]:
         """Every recording, the newest first, with the one that runs."""
         found: list[FinishedRecording] = []
-        for name, changed, _ in await asyncio.to_thread(self._sizes):
+        for name, changed, size in await asyncio.to_thread(self._sizes):
             if (name, changed) not in self._known:
-                async with self._turn:
-                    self._known[name, changed] = await self._worker.ask(
-                        ReadRecording(str(self._path(name))), budget=FILE_BUDGET_S
-                    )
+                try:  # beside the recorder: what a stranger wrote may break who reads it
+                    read = await self._cutter.ask(ReadRecording(str(self._path(name))), budget=FILE_BUDGET_S)
+                except BeckonError:
+                    read = FinishedRecording(name, 0.0, size, {}, changed, complete=False)
+                self._known[name, changed] = read
             one = self._known[name, changed]
             note = self._notes.get(name, RecordingNote(one.note)).note
             found.append(msgspec.structs.replace(one, note=note, **({} if one.complete else with_cause(CUT))))
@@ -534,8 +538,7 @@ class RecordingService(Part):
     async def picture(self, name: str) -> bytes:
         """A small picture of a finished recording, as a JPEG. Raises Problem 404 where it has none."""
         job = PictureRecording(str(await asyncio.to_thread(self.file, name)))
-        async with self._turn:
-            picture = await self._worker.ask(job, budget=FILE_BUDGET_S)
+        picture = await self._cutter.ask(job, budget=FILE_BUDGET_S)
         if not picture:
             raise Problem(404, Statement("recording.no_picture"))
         return picture
@@ -637,8 +640,9 @@ class RecordingService(Part):
         """Name, time of change [s] and bytes of every finished file."""
         found: list[tuple[str, float, int]] = []
         for path in self._folder.glob(f"[!.]*{ending}"):
-            facts = path.stat()
-            found.append((path.name.removesuffix(ending), facts.st_mtime, facts.st_size))
+            with contextlib.suppress(FileNotFoundError):  # deleted or renamed meanwhile
+                facts = path.stat()
+                found.append((path.name.removesuffix(ending), facts.st_mtime, facts.st_size))
         return found
 
     def _parts(self) -> list[tuple[str, float, int]]:

@@ -342,7 +342,11 @@ class RecorderWorker:
             path.stem,
             (counted.message_end_time - counted.message_start_time) / NS_PER_S,
             size,
-            {summary.channels[number].topic: count for number, count in counted.channel_message_counts.items()},
+            {
+                summary.channels[number].topic: count
+                for number, count in counted.channel_message_counts.items()
+                if number in summary.channels  # which a writer may leave out there
+            },
             counted.message_start_time / NS_PER_S,
             **with_cause(coded(described.get("cause", ""), said)),
             note=described.get("note", ""),

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from console import backup
 from console.__main__ import main
 from console.backup import MANIFEST, restore_backup, write_backup
 from console.data_folder import locked
@@ -26,10 +27,15 @@ FILES = {
     "settings.toml": b"[ekf]\n",
     "access.json": b"{}",
     "recordings/a.mcap": b"x" * 1000,
+    "recordings.json": b'{"a": {"note": "keep"}}',
+    "people/.ann.json.0badcafe.new": b"half written",
+    "halt.json": b'{"halted": true}',
+    "open.html": b"has a key",
     "models/large.bin": b"y" * 1000,
     "notes-of-mine.txt": b"not Beckon's",
 }
-NOT_KEPT = {"models/large.bin", "notes-of-mine.txt"}
+NOT_KEPT = {"models/large.bin", "notes-of-mine.txt", "people/.ann.json.0badcafe.new", "halt.json", "open.html"}
+DATABASES = ("history.sqlite", "fleet/history.sqlite")
 
 
 @pytest.fixture
@@ -38,11 +44,12 @@ def home(tmp_path: Path) -> Path:
     for name, content in FILES.items():
         (home / name).parent.mkdir(parents=True, exist_ok=True)
         (home / name).write_bytes(content)
-    with contextlib.closing(sqlite3.connect(home / "history.sqlite")) as history:
-        history.execute("PRAGMA journal_mode=WAL")
-        history.execute("CREATE TABLE commands (words TEXT)")
-        history.execute("INSERT INTO commands VALUES ('turn left')")
-        history.commit()
+    (home / "fleet").mkdir()
+    for name in DATABASES:
+        with contextlib.closing(sqlite3.connect(home / name)) as history:
+            history.execute("PRAGMA journal_mode=WAL")
+            history.execute("CREATE TABLE commands (words TEXT)")
+            history.commit()
     return home
 
 
@@ -52,18 +59,21 @@ def content_of(folder: Path) -> dict[str, bytes]:
 
 
 def test_all_that_is_ours_comes_back_on_an_empty_machine(home: Path, tmp_path: Path) -> None:
-    writing = sqlite3.connect(home / "history.sqlite")  # as a console has it open
-    writing.execute("INSERT INTO commands VALUES ('not committed')")
+    writing = [sqlite3.connect(home / name) for name in DATABASES]  # as a console has it open
+    for one in writing:
+        one.execute("INSERT INTO commands VALUES ('turn left')")
+        one.commit()  # is in its journal alone
+        one.execute("INSERT INTO commands VALUES ('not committed')")
     report = write_backup(home, tmp_path / "b" / "all.tar.gz", recordings=True)
-    writing.close()
-    assert report.files == len(FILES) - len(NOT_KEPT) + 1
+    for one in writing:
+        one.close()
+    assert report.files == len(FILES) - len(NOT_KEPT) + len(DATABASES)
     restore_backup(report.file, tmp_path / "new" / "home")
     found = content_of(tmp_path / "new" / "home")
-    rows = (
-        sqlite3.connect(tmp_path / "new" / "home" / "history.sqlite").execute("SELECT words FROM commands").fetchall()
-    )
-    assert rows == [("turn left",)]
-    del found["history.sqlite"]
+    for name in DATABASES:
+        with contextlib.closing(sqlite3.connect(tmp_path / "new" / "home" / name)) as history:
+            assert history.execute("SELECT words FROM commands").fetchall() == [("turn left",)]
+        del found[name]
     assert found == {name: content for name, content in FILES.items() if name not in NOT_KEPT}
     assert (tmp_path / "new" / "home" / "access.json").stat().st_mode & 0o077 == 0
     assert report.file.stat().st_mode & 0o077 == 0
@@ -73,7 +83,8 @@ def test_recordings_are_left_out_unless_they_are_asked_for(home: Path, tmp_path:
     report = write_backup(home, tmp_path / "b.tar.gz")
     assert report.left_out == ("recordings",)
     with tarfile.open(report.file) as box:
-        assert not any(name.startswith("recordings") for name in box.getnames())
+        assert not any(name.startswith("recordings/") for name in box.getnames())
+        assert "recordings.json" in box.getnames()
 
 
 def test_what_is_there_is_kept_and_never_overwritten_unasked(home: Path, tmp_path: Path) -> None:
@@ -101,7 +112,7 @@ def test_a_disk_that_fails_on_the_way_leaves_all_as_it_was(
 
     def failing(path: Path, target: Path) -> Path:
         moves.append(path)
-        if len(moves) == 9:  # behind the first of those that come in
+        if len(moves) == 11:  # behind the first of those that come in
             raise OSError(errno.EIO, "Input/output error")
         return rename(path, target)
 
@@ -110,6 +121,18 @@ def test_a_disk_that_fails_on_the_way_leaves_all_as_it_was(
     with pytest.raises(Unwritable, match="could not be put back"):
         restore_backup(report.file, home, replace=True)
     assert content_of(home) == before and not (home / "before-restore").exists()
+
+
+def test_a_halt_is_neither_lifted_nor_brought_back(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as former:
+        former.setattr(backup, "HALT", "of no file")  # a backup of an earlier version
+        packed = write_backup(home, tmp_path / "b.tar.gz").file
+    restore_backup(packed, home, replace=True)
+    assert (home / "halt.json").exists() and not (home / "before-restore" / "halt.json").exists()
+    restore_backup(packed, tmp_path / "new")
+    assert "settings.toml" in content_of(tmp_path / "new") and not (tmp_path / "new" / "halt.json").exists()
 
 
 def test_a_folder_that_a_console_uses_is_left_alone(home: Path, tmp_path: Path) -> None:

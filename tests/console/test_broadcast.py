@@ -109,3 +109,16 @@ def test_what_nobody_wants_need_not_be_made() -> None:
     assert hub.watched("camera")
     viewer.want("camera", False)
     assert not hub.watched("camera") and hub.watched("state")
+
+
+def test_a_viewer_that_comes_while_the_pilot_asks_who_watches_disturbs_nothing() -> None:
+    hub, viewer = Broadcaster(), Subscriber("state")
+
+    class Wants(set[str]):
+        def __contains__(self, kind: object) -> bool:
+            hub.viewers.add(Subscriber("state"))  # as the event loop does between two looks of the pilot's thread
+            return super().__contains__(kind)
+
+    viewer.wants = Wants(("state",))
+    hub.join(viewer)
+    assert not hub.watched("camera") and len(hub.viewers) > 1

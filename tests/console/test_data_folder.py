@@ -59,14 +59,17 @@ def test_what_is_kept_is_its_owners_alone_and_what_is_not_ours_is_left_alone(tmp
         home = tmp_path / f"home {shared}"
         (home / "people").mkdir(parents=True)
         (home / "recordings").mkdir()
-        (home / "history.sqlite").write_text("")
+        (home / "before-restore").mkdir()
+        for name in ("history.sqlite", "recordings.json", "open.html"):
+            (home / name).write_text("")
         if shared:
             (home / "thesis.tex").write_text("")
         for path in [home, *home.iterdir()]:
             path.chmod(0o755 if path.is_dir() else 0o644)
         prepare(home)
         modes = {path.name: stat.S_IMODE(path.stat().st_mode) for path in home.iterdir()}
-        ours = {"people": 0o700, "recordings": 0o700, "history.sqlite": 0o600}
+        ours = dict.fromkeys(("people", "recordings", "before-restore"), 0o700)
+        ours |= dict.fromkeys(("history.sqlite", "recordings.json", "open.html"), 0o600)
         assert modes == ours | ({"thesis.tex": 0o644} if shared else {})
         assert stat.S_IMODE(home.stat().st_mode) == (0o755 if shared else 0o700)
 

@@ -29,10 +29,10 @@ export interface JogMessage {
   epoch: number;
 }
 
-/** Take control, take it over, give it back; ask who has it; the answer to who asks: give or keep. */
+/** Take control, take it over, give it back; ask who has it; the answer to who asks: give or keep. `leave`: this page is left; control is given back unless the same person has another page open. */
 export interface LeaseMessage {
   kind: "lease";
-  do: "acquire" | "take" | "release" | "ask" | "give" | "keep";
+  do: "acquire" | "take" | "release" | "leave" | "ask" | "give" | "keep";
   ref: number;
 }
 

@@ -355,7 +355,7 @@ export class Session {
 
   /** The page is left: others see it at once, and nobody waits for control that it does not use. It may come back. */
   suspend() {
-    if (this.view.mine && !this.state?.command) this.link.send({ kind: "lease", do: "release", ref: 0 });
+    if (this.view.mine && !this.state?.command) this.link.send({ kind: "lease", do: "leave", ref: 0 });
     this.link.close();
     setTimeout(() => void this.begin(), BACK_MS);
   }
@@ -385,7 +385,11 @@ export class Session {
 
   async #fetchKinds() {
     if (onlyWatched(this.hello)) return;
-    const kinds = await api.kinds().catch(() => this.kinds);
+    const kinds = await api.kinds().catch(() => null);
+    if (!kinds) {
+      if (this.view.up) setTimeout(() => void this.#fetchKinds(), BACK_MS);
+      return;
+    }
     const dry = this.hello?.robot.dry_run === true;
     this.kinds = dry ? kinds.filter(({ target, name }) => target === "person" || name === "stop_moving") : kinds;
     this.tell("kinds", this.kinds);
@@ -396,7 +400,9 @@ export class Session {
     const at = performance.now();
     this.#revision = revision;
     const rows = await api.history().catch(() => null);
-    if (!rows || revision !== this.#revision) return;
+    if (revision !== this.#revision) return;
+    if (!rows) this.#revision = -1; // with the next state once more
+    if (!rows) return;
     [this.history, this.historyAt] = [rows, at];
     this.tell("history", rows);
   }

@@ -34,6 +34,7 @@ class TourGuide extends Panel {
   #chosen = null;
   #at = ".over"; // selector of what the step shows
   #taught = ""; // id of the person whom the tour made known
+  #chose = false; // the tour has chosen to whom the robot comes
 
   /** @override */
   build() {
@@ -135,7 +136,7 @@ class TourGuide extends Panel {
         title: t("tour-guide.other_calls", { other: OTHER }),
         at: ".over",
         text: t("tour-guide.he_is_not_caller_to_whom", { caller: CALLER }),
-        act: (tour) => (this.#taught || this.#chosen ? this.#call(tour, OTHER, 1) : tour.pause(0)),
+        act: (tour) => (this.#chose || this.#chosen ? this.#call(tour, OTHER, 1) : tour.pause(0)),
       },
       {
         title: t("tour-guide.stop"),
@@ -206,8 +207,9 @@ class TourGuide extends Panel {
     const known = before.people.find(({ name }) => name === CALLER);
     this.#chosen = before.chosen;
     const id = known?.id ?? (await this.#enroll(tour));
-    if (!id || tour.over) return;
     if (!known) this.#taught = id;
+    if (!id || tour.over) return;
+    this.#chose = true;
     await this.#choose(id);
   }
 
@@ -231,13 +233,10 @@ class TourGuide extends Panel {
 
   /** Come to whom it came before, and forget whom only the tour made known. */
   async #forget() {
-    if (!this.#taught) return;
-    const taught = this.#taught;
-    this.#taught = "";
-    await this.session.attempt(async () => {
-      await this.#choose(this.#chosen);
-      await call(`api/people/${taught}`, { method: "DELETE" });
-    });
+    const [taught, chose] = [this.#taught, this.#chose];
+    [this.#taught, this.#chose] = ["", false];
+    if (chose) await this.session.attempt(() => this.#choose(this.#chosen));
+    if (taught) await this.session.attempt(() => call(`api/people/${taught}`, { method: "DELETE" }));
   }
 
   /** @param {string | null} id */

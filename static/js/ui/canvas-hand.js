@@ -49,7 +49,7 @@ export class CanvasHand {
     canvas.addEventListener("pointerdown", (event) => this.#down(event));
     canvas.addEventListener("pointermove", (event) => this.#drag(event));
     canvas.addEventListener("pointerup", (event) => this.#up(event));
-    canvas.addEventListener("pointercancel", (event) => this.#fingers.delete(event.pointerId));
+    canvas.addEventListener("pointercancel", (event) => this.#cancel(event));
     if (!acts.scrolls) canvas.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
   }
 
@@ -89,6 +89,13 @@ export class CanvasHand {
     [this.#pressed, this.#draws] = [null, false];
     if (at) this.#acts.press?.(at, event);
     if (drew) this.#acts.ended?.();
+  }
+
+  /** @param {PointerEvent} event the browser took it, as to scroll */
+  #cancel(event) {
+    this.#fingers.delete(event.pointerId);
+    if (this.#draws) this.#acts.left?.();
+    [this.#pressed, this.#draws] = [null, false];
   }
 
   /** @param {WheelEvent} event */

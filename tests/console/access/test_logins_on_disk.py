@@ -72,7 +72,8 @@ def test_a_key_whose_time_is_over_ends_no_login(tmp_path: Path) -> None:
     logins = started(tmp_path)
     token = logins.issue("tablet", "viewer", end=10.0)
     cookie, person = logins.open(token, "", 9.0) or ("", None)
-    assert logins.expire(11.0) == [] and logins.bearer(token, 11.0) is None
+    program = logins.bearer(token, 9.0)
+    assert logins.expire(11.0) == [program] and logins.bearer(token, 11.0) is None, "its sockets are closed"
     assert logins.of_cookie(cookie, 11.0) == person
     synced(logins)
     assert started(tmp_path).of_cookie(cookie, 11.0) == person

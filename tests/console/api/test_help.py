@@ -54,7 +54,7 @@ def test_a_long_page_has_its_chapters_at_its_side_and_all_that_scrolls_can_be_re
 
 
 def test_nothing_but_the_documentation_is_served(live: Live) -> None:
-    for path in ("none.md", "../index.html", "..%2f..%2fpyproject.toml", "reference"):
+    for path in ("none.md", "../index.html", "..%2f..%2fpyproject.toml", "reference", "a%00b"):
         assert live.ask("GET", f"/static/docs/{path}").status in (400, 404)
 
 

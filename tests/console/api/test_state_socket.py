@@ -136,6 +136,20 @@ def test_a_browser_that_goes_away_while_it_drives_stops_the_robot_at_once(live: 
     assert "The browser went away while it drove." in [entry["remark"] for entry in entries]
 
 
+def test_of_two_tabs_of_one_person_only_the_last_that_is_left_gives_control_back(live: Live) -> None:
+    with live.open() as driving:
+        say(driving, kind="lease", do="take", ref=1)
+        assert hear(driving, "answer")["ok"]
+        with live.open() as other:
+            say(other, kind="lease", do="leave", ref=2)
+            assert hear(other, "answer")["ok"]
+            assert live.runtime.lease.holder is not None
+        live.until(lambda: live.runtime.lease.is_last_page(live.runtime.lease.holder))
+        say(driving, kind="lease", do="leave", ref=3)
+        assert hear(driving, "answer", true=lambda told: told["ref"] == 3)["ok"]
+        assert live.runtime.lease.holder is None
+
+
 def test_a_viewer_does_not_drive_and_is_told(live: Live) -> None:
     with live.open(token=live.viewer) as line:
         drive(line, hear(line, "state"), 0.1, press=1, seq=1)

@@ -49,6 +49,7 @@ def test_a_recording_that_cannot_be_used_ends_nothing_and_says_why(
         "sightings.log": "",
         "pipe.log": "There is no recording pipe.log",
         "absent.mcap": "There is no recording absent.mcap",
+        "~nosuchuser/x.mcap": "There is no recording x.mcap",
     }.items():
         answer = opened(live, f"log:{name}")
         assert answer.status == 422 and words in answer.json["detail"], (name, answer.json)

@@ -106,8 +106,9 @@ def test_who_has_a_socket_left_is_present() -> None:
     lease = Lease()
     for _ in range(2):
         lease.connected(ANNA, 0.0)
+    assert not lease.is_last_page(ANNA)
     lease.disconnected(ANNA)
-    assert lease.is_present(ANNA) and not lease.is_present(BERT)
+    assert lease.is_last_page(ANNA) and lease.is_present(ANNA) and not lease.is_present(BERT)
     lease.disconnected(ANNA)
     assert not lease.is_present(ANNA)
 

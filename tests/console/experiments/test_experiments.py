@@ -13,9 +13,10 @@ from typing import Any
 import pytest
 
 from console.experiments.runs import ExperimentRuns, counted
+from console.run_store import RunStore, StoredRun
 from core.experiments import EXPERIMENTS
 from core.experiments.plan import figure_at
-from tests.console.live import Live
+from tests.console.live import Live, until
 
 CHEAPEST = "dead-reckoning-vs-slam"
 
@@ -133,3 +134,17 @@ def test_a_leashed_program_ends_with_its_console() -> None:
     os.close(ours)
     os.close(theirs)
     assert child.wait(20) == -9
+
+
+def test_a_run_that_breaks_has_failed_and_was_not_cancelled(tmp_path: Path) -> None:
+    async def broken(_: StoredRun) -> None:
+        raise KeyError("no such row")
+
+    async def story() -> StoredRun:
+        runs = RunStore(tmp_path, StoredRun, 5, "busy")
+        run = runs.start(StoredRun(who="Ann"), broken)
+        await until(lambda: not runs.running)
+        return run
+
+    run = asyncio.run(story())
+    assert (run.state, run.doing) == ("failed", "") and "the log says more" in run.reason

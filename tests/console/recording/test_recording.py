@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import os
 import random
@@ -17,11 +18,12 @@ from typing import Any
 
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import Writer
 from rosbags.highlevel import AnyReader
 
 from console.access.roles import ANY_FILE
 from console.recording.service import RecordingService
-from console.recording.work import RecorderWorker, RecoverRecordings
+from console.recording.work import ReadRecording, RecorderWorker, RecoverRecordings
 from core.errors import Refused, Unwritable
 from core.geometry import Pose, wrap
 from core.pipelines.slam import slam_log
@@ -356,3 +358,45 @@ def test_of_two_who_begin_at_once_one_records_and_one_is_refused(live: Live, rec
     done = ask(live, "POST", "recordings/stop")
     assert done.json["name"] in ("one", "two")
     assert not list((live.home / "recordings").glob("*.part"))
+
+
+def test_what_the_disk_refuses_is_told_and_ends_no_recorder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    (folder / "gone.mcap").symlink_to(folder / "nowhere")  # as one that was deleted between two looks
+    (folder / "old.mcap").touch()
+    os.truncate(folder / "old.mcap", 200_000_000)
+    unlink = Path.unlink
+
+    def refused(path: Path, missing_ok: bool = False) -> None:
+        if path.parent == folder:
+            raise OSError(errno.EROFS, "Read-only file system")
+        unlink(path, missing_ok=missing_ok)
+
+    with Live(tmp_path, no_auth=True) as live:
+        recorder = live.runtime.parts[RecordingService]
+        recorder._settings = replace(recorder._settings, folder_gb=0.1)
+
+        def look() -> None:
+            recorder.revision, recorder._disk_at = recorder.revision + 1, -math.inf
+            recorder._wake.set()
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, "unlink", refused)
+            live.on_loop(look)
+            live.until(lambda: any("Read-only file system" in one.text for one in live.runtime.notifications.shown))
+        assert (folder / "old.mcap").exists()
+        live.on_loop(look)
+        live.until(lambda: not (folder / "old.mcap").exists())
+
+
+def test_a_summary_without_its_channels_is_read_all_the_same(tmp_path: Path) -> None:
+    with (tmp_path / "foreign.mcap").open("wb") as file:
+        writer = Writer(file, repeat_channels=False)
+        writer.start()
+        channel = writer.register_channel("/scan", "json", writer.register_schema("Scan", "jsonschema", b"{}"))
+        for at in (0, 2_000_000_000):
+            writer.add_message(channel, at, b"{}", at)
+        writer.finish()
+    read = RecorderWorker().read(ReadRecording(str(tmp_path / "foreign.mcap")))
+    assert (read.complete, read.seconds, read.messages) == (True, 2.0, {})

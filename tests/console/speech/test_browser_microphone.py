@@ -125,6 +125,15 @@ def test_what_is_no_sound_ends_the_socket_with_a_reason(live: Live, message: byt
         assert closed.value.rcvd is not None and closed.value.rcvd.code == code and closed.value.rcvd.reason
 
 
+def test_who_signs_out_is_hung_up_on_without_another_message(live: Live, line: Connection) -> None:
+    [(person, _)] = live.on_loop(lambda: list(live.runtime.sockets._open.values()))
+    live.on_loop(lambda: live.runtime.sockets.close_of(person, 4001, "You signed out."))
+    with pytest.raises(ConnectionClosed) as ended:
+        while True:
+            line.recv(timeout=60)
+    assert ended.value.rcvd is not None and ended.value.rcvd.code == 4001
+
+
 def test_a_flood_ends_the_socket(live: Live, line: Connection, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("console.api.audio_socket.MOST_PER_SECOND", 20)  # a busy computer takes no more in a second
     with pytest.raises(ConnectionClosed):
