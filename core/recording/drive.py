@@ -86,8 +86,8 @@ class McapChunks:
         return self._held[number]
 
     def number_at(self, logged: float) -> int:
-        """The last chunk that begins at that time [s] or before."""
-        return max(bisect.bisect_right(self._firsts, logged) - 1, 0)
+        """The last chunk that begins before that time [s]: a moment that a later one goes on with begins in it."""
+        return max(bisect.bisect_left(self._firsts, logged - SAME_MOMENT_S) - 1, 0)
 
     def numbers_with(self, topic: str) -> list[int]:
         """The chunks with messages of this topic."""

@@ -74,6 +74,7 @@ class McapWalk:
         self._channels: dict[int, _Channel] = {}
         self._restarts = 0
         self._budget = max(50 * source.size, 4 * largest_block)  # [bytes] that all blocks together may unpack to
+        self._unpacked: dict[int, int] = {}  # [bytes] that each block took of it; one that is read again takes no more
 
     def messages(self) -> Iterator[Envelope]:
         """Every message, in the order of the file."""
@@ -141,7 +142,9 @@ class McapWalk:
             *_, size, checksum = CHUNK_HEAD.unpack_from(content)
             compression, at = _text(content, CHUNK_HEAD.size)
             packed = content[at + 8 :]
+            self._budget += self._unpacked.pop(begin, 0)
             block = unpack(packed, compression, size, min(self._largest_block, self._budget))
+            self._unpacked[begin] = len(block)
             self._budget -= len(block)
         except (BadRecord, struct.error, ValueError) as problem:
             self._tally.skip(str(problem) if isinstance(problem, BadRecord) else "it is damaged", where)

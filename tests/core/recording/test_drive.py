@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
@@ -11,9 +12,10 @@ import numpy as np
 import pytest
 
 from core.gate import Twist
-from core.recording.drive import CAMERA_TOPIC, DriveRecording, is_drive
+from core.recording.drive import CAMERA_TOPIC, HELD_CHUNKS, DriveRecording, is_drive
 from core.recording.frame_record import FrameRecord
 from core.recording.mcap_writing import McapRecording
+from core.recording.recording import LogSettings
 from core.recording.ros_writing import RosEncoder
 from core.robots.requests import SetListening, Speak
 from core.sensors import Laser, SensorFrame
@@ -104,3 +106,27 @@ def test_a_cut_one_is_read_as_far_as_it_goes(
     assert stamps == [one.stamp for one in frames[: len(stamps)]]
     assert all(after > before for before, after in pairwise(stamps))
     assert "not finished" in " ".join(drive.report.warnings)
+
+
+def test_it_may_be_read_as_often_as_somebody_plays_it(tmp_path: Path) -> None:
+    encoder, recording = RosEncoder((Laser(),)), McapRecording(tmp_path / "long.mcap")
+    chunks = HELD_CHUNKS + 4
+    for number in range(chunks):
+        frame = FrameRecord(stamp=float(number), notes=("a" * 300_000,))
+        recording.add([encoder.frame(frame)], BEGAN_S + number / 40)
+    drive = DriveRecording(recording.finish().path, LogSettings(largest_block_mb=1.0))
+    assert [sum(1 for _ in drive.moments()) for _ in range(6)] == [chunks] * 6
+    assert drive.report.skipped == 0
+
+
+def test_a_moment_that_goes_on_in_the_next_chunk_is_found_whole(tmp_path: Path) -> None:
+    encoder, recording = RosEncoder((Laser(),)), McapRecording(tmp_path / "straddling.mcap")
+    for number in range(5):
+        noise = base64.b64encode(np.random.default_rng(3).bytes(250_000)).decode() if number == 3 else ""
+        logged, frame = BEGAN_S + number / 10, FrameRecord(stamp=float(number), notes=(noise,))
+        recording.add([encoder.frame(frame), encoder.text("/map", logged, f"grid {number}")], logged)
+    drive = DriveRecording(recording.finish().path)
+    found = [drive.moment_of(one) for one in drive.every("/map")]
+    assert [one.record.stamp for one in found if one is not None and one.record is not None] == [0, 1, 2, 3, 4]
+    sought = next(drive.moments(0.3))
+    assert sought.record is not None and sought.record.stamp == 3
