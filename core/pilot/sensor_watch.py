@@ -40,6 +40,7 @@ class SensorWatch:
             self._rates |= {("camera", camera.name): camera.rate or ANY_FRAME for camera in profile.cameras}
             if not profile.simulated:  # whose ears may be closed on purpose
                 self._rates |= {("microphones", array.name): ANY_FRAME for array in profile.arrays[:1]}
+        self._offsets = {laser.name: laser.time_offset for laser in profile.lasers}  # [s] of their stamps
         self._newest = dict.fromkeys(self._rates, start)
         self._stamp = start
         self._drives, self._has_odometry = profile.drives, profile.odometry
@@ -91,7 +92,8 @@ class SensorWatch:
     def _date(self, frame: SensorFrame) -> None:
         scan, image, sound = frame.scan, frame.image, frame.sound
         if scan is not None:
-            self._judge("laser", "scan", scan.laser, scan.oldest, scan.newest)
+            offset = self._offsets.get(self._own_name("laser", scan.laser), 0.0)
+            self._judge("laser", "scan", scan.laser, scan.oldest + offset, scan.newest + offset)
         if image is not None:
             self._judge("camera", "picture", image.camera, image.stamp, image.stamp)
         if sound is not None:

@@ -74,7 +74,7 @@ class McapWalk:
         self._channels: dict[int, _Channel] = {}
         self._restarts = 0
         self._budget = max(50 * source.size, 4 * largest_block)  # [bytes] that all blocks together may unpack to
-        self._unpacked: dict[int, int] = {}  # [bytes] that each block took of it; one that is read again takes no more
+        self._unpacked: dict[int, int] = {}  # [bytes] that each block took of it, once however often it is read
 
     def messages(self) -> Iterator[Envelope]:
         """Every message, in the order of the file."""

@@ -115,6 +115,8 @@ class DeviceLink:
             began = time.monotonic()
             why = self._live()
             self.up = False
+            if self.equipment is not None and self.equipment.base is not None:
+                self._readings.forget_base()
             if self._over.is_set() or (self.equipment is None and self.settled.is_set()):
                 return
             if time.monotonic() - began > MAX_RETRY_PAUSE_S:
@@ -180,7 +182,7 @@ class LiveRobot:
         Raises Unavailable or BadInput with a sentence.
         """
         self._file = file or RobotFile()
-        self._readings = Readings(clock)
+        self._readings = Readings(clock, self._file.lasers)
         self._base: DeviceLink | None = None
         self._links = [DeviceLink(name, device, self._readings) for name, device in devices]
         for link in self._links:
@@ -195,11 +197,14 @@ class LiveRobot:
             raise missing.trouble or Unavailable(f"{missing.name} did not answer.")
         taken: set[str] = set()
         self._equipment = equipment = tuple(link.named_apart(taken) for link in self._links)
+        try:
+            self._profile = shape(equipment)
+        except BaseException:
+            self.close()
+            raise
         self._base = next((link for link in self._links if link.equipment and link.equipment.base), None)
-        self._profile = shape(equipment)
         for sentence in self._profile.notices:
             self._readings.note(sentence)
-        self._was_up = True
         self._times_up = self._base.times_up if self._base else 0
         self._neutral = True  # zero was asked for since the base came back
 
@@ -235,9 +240,6 @@ class LiveRobot:
     def read(self) -> SensorFrame:
         """All that came since the last frame."""
         up = self._base is None or self._base.up
-        if not up and self._was_up:
-            self._readings.forget_wheels()
-        self._was_up = up
         frame = self._readings.frame()
         return frame if up else replace(frame, trouble=f"{self._base.name if self._base else ''} does not answer.")
 

@@ -66,7 +66,8 @@ class NearField:
         self._lasers = {laser.name: laser for laser in lasers}
         self._first = lasers[0] if lasers else None
         self._freshness = {laser.name: Freshness() for laser in lasers}
-        self._seen: dict[str, tuple[float, Pose, Array]] = {}  # stamp [s], odometry, points (N, 2) [m] of each laser
+        # stamp [s], odometry, points (N, 2) [m] of each laser
+        self._seen: dict[str, tuple[float, Pose | None, Array]] = {}
         self._taken: dict[str, float] = {}  # when the newest scan of each laser was measured [s]
         self._stamp = -math.inf  # [s] of the newest frame
         self._rolled: deque[tuple[float, Pose]] = deque()  # stamp [s], odometry of the newest frames
@@ -88,6 +89,7 @@ class NearField:
         if scan is None or self._first is None:
             return None
         laser = self._lasers.get(scan.laser, self._first)
+        scan = replace(scan, stamp=scan.stamp + laser.time_offset)
         timely = self._is_timely(scan, laser.name, frame.stamp)
         if timely and scan.newest < self._taken.get(laser.name, -math.inf):
             return None  # another overtook it
@@ -97,17 +99,19 @@ class NearField:
         self._taken[laser.name] = scan.newest
         if self._untimely:
             return None
-        here = frame.wheels.odometry if frame.wheels is not None else Pose()
+        here = frame.wheels.odometry if frame.wheels is not None else None
         age = max(frame.stamp - scan.newest, 0.0)
         seen = replace(scan, stamp=scan.stamp - max(scan.newest - frame.stamp, 0.0))
         points = near_points(seen, laser, replace(frame, wheels=self._way(frame, age)))
         self._seen[laser.name] = frame.stamp, here, np.array(points).reshape(-1, 2)
         recent = {
-            name: one for name, one in self._seen.items() if 0.0 <= frame.stamp - one[0] <= MAX_OTHER_SCAN_AGE_S
+            name: one
+            for name, one in self._seen.items()
+            if 0.0 <= frame.stamp - one[0] <= MAX_OTHER_SCAN_AGE_S and (one[1] is None) == (here is None)
         }
         for name, (_, there, others) in recent.items():
             if name != laser.name:
-                moved = (here.inverse() @ there).apply(others)
+                moved = others if here is None or there is None else (here.inverse() @ there).apply(others)
                 points += [(round(float(x), 4), round(float(y), 4)) for x, y in moved]
         return NearScan(points, field_of(*(self._lasers[name] for name in recent)), age)
 

@@ -1,12 +1,15 @@
 """Readings of devices: newest wins, sound is joined, nothing queues without bound."""
 
+import math
 import threading
 import time
 from collections import defaultdict, deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
 
 from core.geometry import Pose
 from core.message import Array
@@ -16,6 +19,9 @@ from core.sensors.microphones import joined
 from core.sensors.publishers import PublisherWatch, odometry_watch, scan_watch, sector_ranges
 from core.sensors.scan_gate import RangeUnit
 from core.sensors.wheels import is_restart
+
+if TYPE_CHECKING:
+    from core.robots.robot_file import LaserTable  # which knows devices, and those know readings
 
 MAX_WHEELS_AGE_S = 0.5  # over which a reading of the wheels is carried on to the frame; then nothing is known of them
 MAX_WAITING_SCANS = 4  # scans that may wait for a frame
@@ -54,8 +60,12 @@ class Readings:
     The one way of every device's readings: what is malformed is left out, and its fault said.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, clock: Callable[[], float] = time.monotonic, lasers: "Mapping[str, LaserTable] | None" = None
+    ) -> None:
+        """`lasers`: by name, as the robot file describes them."""
         self._clock, self._start = clock, clock()
+        self._lasers = lasers or {}
         self._lock, self._here = threading.Lock(), Waiting()
         self._names: Names = {}
         self._found: dict[tuple[str, str], tuple[float, Fault]] = {}  # of one device, with when it was last said [s]
@@ -129,12 +139,15 @@ class Readings:
             for one in refused.faults:
                 self._find(one)
             return
-        if self._scanners[name].take(sector_ranges(scan, self._heading(scan.stamp)), self.now(), source):
+        table = self._lasers.get(name)
+        scan, offset = (scan, 0.0) if table is None else (_limited(scan, table), table.time_offset)
+        if self._scanners[name].take(sector_ranges(scan, self._heading(scan.stamp + offset)), self.now(), source):
             self._mix(name or "the laser")
             return
         if overtaken:
             return
-        if untimely := time_fault("scan", name or "the laser", self.now(), scan.oldest, scan.newest):
+        now = self.now() - offset  # by the laser's clock
+        if untimely := time_fault("scan", name or "the laser", now, scan.oldest, scan.newest):
             self._find(untimely, said=False)
         with self._lock:
             self._here.scans.append(replace(scan, laser=name))
@@ -206,6 +219,12 @@ class Readings:
         with self._lock:
             self._here.wheels = None
             self._here.rolled.clear()
+
+    def forget_base(self) -> None:
+        """The base is gone with its bumper and its battery."""
+        self.forget_wheels()
+        with self._lock:
+            self._here.contact, self._here.battery = False, None
 
     def frame(self) -> SensorFrame:
         """All that came since the last frame, at the present instant; a frame has room for one scan."""
@@ -290,3 +309,10 @@ class Readings:
         came = self._here.rolled
         spread = came[-1] - came[0] if came else 0.0
         return (len(came) - 1) / spread if spread >= LONG_ENOUGH else None
+
+
+def _limited(scan: Scan, table: "LaserTable") -> Scan:
+    """The scan within the limits of range of the robot file, too; what was measured beyond them leaves all free."""
+    near, far = max(scan.range_min, table.range_min or 0.0), min(scan.range_max, table.range_max or math.inf)
+    beyond = (scan.ranges > far) & (scan.ranges <= scan.range_max)
+    return replace(scan, ranges=np.where(beyond, np.inf, scan.ranges), range_min=near, range_max=far)

@@ -105,7 +105,7 @@ def time_fault(kind: str, sensor: str, now: float, oldest: float, newest: float)
     if oldest - now > MAX_LEAD_S:
         return fault(f"{kind}.future", sensor, lead=f"{oldest - now:.1f}")
     if now - newest > MAX_AGE_S:
-        return fault(f"{kind}.late", sensor, age=f"{now - newest:.1f}", used=True)
+        return fault(f"{kind}.late", sensor, age=f"{now - newest:.1f}", used=kind != "odometry")
     return None
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from core.geometry import Pose
@@ -70,3 +72,12 @@ def test_odometry_is_as_old_as_its_reading_and_due_at_the_rate_it_came() -> None
     slower = wheels(3.0, 0.3, 3.0)
     assert (slower.rate, slower.state, round(slower.age, 3)) == (50.0, "stale", 0.3)
     assert wheels(4.0, 0.6, 3.0).state == "lost"
+
+
+def test_a_scan_is_judged_by_its_stamp_with_the_lasers_time_offset() -> None:
+    watch = SensorWatch(replace(PROFILE, lasers=(Laser(name="front", time_offset=0.6),)), 0.0)
+    seen = replace(frame(1.0), scan=frame(0.4, "front").scan)
+    assert states(watch, seen)["laser front"] == "live" and not watch.untimely("laser")
+    ahead = frame(1.1, "front")
+    states(watch, ahead)
+    assert watch.untimely("laser") and watch.believed(ahead).scan is None

@@ -14,12 +14,14 @@ from core.errors import BadInput, Unavailable
 from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.robots import Profile
+from core.robots.connection import ReadConnection
 from core.robots.device import Base, Device, Equipment
 from core.robots.device_clock import MAX_DRIFT, RESONATOR_DRIFT, DeviceClock
 from core.robots.live import LiveRobot
 from core.robots.readings import Readings
 from core.robots.requests import ReadTruth, SetListening
-from core.sensors import Camera, Image, Scan, SensorFrame, Sound
+from core.robots.robot_file import LaserTable, RobotFile
+from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Sound
 
 
 class Wire(Device):
@@ -367,3 +369,63 @@ def test_speeds_of_before_a_loss_never_reach_the_connection_after_it() -> None:
     until(lambda: events.count("open") == 2)
     assert events == ["open", "drive 0.1", "open"]
     robot.close()
+
+
+def test_the_robot_file_bounds_the_ranges_of_a_laser_for_everyone() -> None:
+    wire, laser = Wire(), Laser(name="laser", beams=3, angle_min=-0.02, angle_step=0.02, range_max=8.0)
+    file = RobotFile(lasers={"laser": LaserTable(range_min=0.5, range_max=3.0, time_offset=0.6)})
+    robot = LiveRobot([("the base", wire)], lambda _: Profile(name="it", url="", lasers=(laser,)), file=file)
+    ranges = np.array([0.3, 0.31, 5.0])
+    wire.todo.put(
+        lambda readings: readings.scan(
+            Scan(
+                stamp=readings.now() - 0.6,
+                laser="laser",
+                ranges=ranges,
+                angle_min=-0.02,
+                angle_step=0.02,
+                range_max=8.0,
+            )
+        )
+    )
+    frames = list[SensorFrame]()
+
+    def came() -> bool:
+        frames.append(robot.read())
+        return frames[-1].scan is not None
+
+    until(came)
+    robot.close()
+    scan = frames[-1].scan
+    assert scan is not None and not scan.valid.any() and np.isposinf(scan.ranges[2]) and scan.range_max == 3.0
+    assert [one.code for one in robot.ask(ReadConnection()).parts[0].findings.faults] == []
+
+
+def test_contact_and_battery_are_those_of_a_base_that_is_there() -> None:
+    wire = Wire()
+    robot = LiveRobot([("the base", wire)], shape)
+
+    def touched(readings: Readings) -> None:
+        readings.contact(True)
+        readings.battery(0.5)
+
+    wire.todo.put(touched)
+    until(lambda: robot.read().contact and robot.read().battery == 0.5)
+    wire.cut.set()
+    until(lambda: wire.opened == 2 and not robot.read().trouble)
+    robot.read()
+    frame = robot.read()
+    robot.close()
+    assert not frame.contact and frame.battery is None
+
+
+def test_a_robot_file_that_does_not_fit_leaves_no_device_open() -> None:
+    wire, before = Wire(), set(threading.enumerate())
+
+    def unfit(_: tuple[Equipment, ...]) -> Profile:
+        raise BadInput("there is no laser x")
+
+    with pytest.raises(BadInput, match="no laser x"):
+        LiveRobot([("the base", wire)], unfit)
+    until(lambda: set(threading.enumerate()) <= before)
+    assert wire.cut.is_set()

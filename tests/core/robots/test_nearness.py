@@ -214,3 +214,23 @@ def test_while_one_of_two_lasers_is_late_nothing_is_known_until_it_is_silent_for
         if field.see(SensorFrame(stamp=stamp, scan=scan_ahead(1.0, stamp, "rear", jitter)), moving=True):
             known.append(stamp)
     assert known and min(known) == pytest.approx(1.9 + FORGOTTEN_S, abs=0.11)
+
+
+@pytest.mark.parametrize(("age", "offset"), [(0.6, 0.6), (-0.3, -0.3), (0.1, -0.1)])
+def test_the_time_offset_of_a_laser_counts_for_the_guard(age: float, offset: float) -> None:
+    field = NearField((replace(AHEAD, time_offset=offset),))
+    wheels = Wheels(odometry=Pose(), speed=0.3, turn_rate=0.0)
+    frame = SensorFrame(stamp=100.0, scan=scan_ahead(1.0, 100.0 - age), wheels=wheels)
+    seen = field.see(frame, moving=True)
+    assert field.untimely is None and seen is not None and seen.age == pytest.approx(age - offset, abs=1e-6)
+    assert seen.points[0][0] == pytest.approx(1.0 - 0.3 * (age - offset), abs=1e-3)
+
+
+@pytest.mark.parametrize(("first", "then"), [(Pose(5.0), None), (None, Pose(5.0))])
+def test_without_common_odometry_the_other_lasers_points_are_left_out(first: Pose | None, then: Pose | None) -> None:
+    rear = replace(AHEAD, name="rear", mounting=Pose(0.0, 0.0, math.pi))
+    field, seen = NearField((AHEAD, rear)), None
+    for stamp, name, odometry in ((1.0, "rear", first), (1.1, "laser", then)):
+        wheels = None if odometry is None else Wheels(odometry=odometry, speed=0.0, turn_rate=0.0)
+        seen = field.see(SensorFrame(stamp=stamp, scan=scan_ahead(1.0, stamp, name), wheels=wheels), moving=False)
+    assert seen is not None and [x for x, _ in seen.points] == [pytest.approx(1.0, abs=0.01)] * len(seen.points)

@@ -153,7 +153,7 @@ def test_odometry_that_is_not_of_its_time_is_left_out_and_named(late: float, cod
     readings.wheels(Pose(1.0), 0.1, 0.0, readings.now() - late)
     frame = readings.frame()
     assert (frame.wheels is None) is bool(code)
-    assert [one.code for one in frame.faults] == [code] * bool(code)
+    assert [(one.code, one.used) for one in frame.faults] == [(code, False)] * bool(code)
 
 
 def interleaved(kind: str) -> tuple[list[SensorFrame], Readings]:
