@@ -141,7 +141,8 @@ class Readings:
             return
         table = self._lasers.get(name)
         scan, offset = (scan, 0.0) if table is None else (_limited(scan, table), table.time_offset)
-        if self._scanners[name].take(sector_ranges(scan, self._heading(scan.stamp + offset)), self.now(), source):
+        stamp = scan.stamp + offset
+        if self._scanners[name].take(sector_ranges(scan, self._heading(stamp)), self.now(), source):
             self._mix(name or "the laser")
             return
         if overtaken:

@@ -84,7 +84,7 @@ CHANGES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("readings: two bases", "if self._base.take(odometry, self.now(), source):", "if False:"),
         (
             "readings: two lasers",
-            "if self._scanners[name].take(sector_ranges(scan, self._heading(scan.stamp + offset)), self.now(), source):",
+            "if self._scanners[name].take(sector_ranges(scan, self._heading(stamp)), self.now(), source):",
             "if False:",
         ),
         ("readings: not said", "trouble=self._mixture(stamp),", 'trouble="",'),
