@@ -108,6 +108,7 @@ class _StopEvent:
 
     at: float  # [s]
     why: str
+    who: str  # id of the person
     utterance: object = None  # that it was part of
 
 
@@ -130,11 +131,11 @@ class CommandFreshness:
         self._since, self._why = -math.inf, ""  # [s] until when words are void for other reasons, and the newest one
         self._left: dict[str, float] = {}  # [s] when a page of this person closed
 
-    def void(self, why: str, *, stop: bool = False, at: float | None = None) -> None:
-        """Make all words before `at` [s], or until now, void. `stop`: also the utterance that is under way."""
+    def void(self, why: str, *, objector: Person | None = None, at: float | None = None) -> None:
+        """Make all words before `at` [s], or until now, void. `objector`: who stopped; so is what is being said."""
         moment = math.nextafter(time.monotonic(), math.inf) if at is None else at
-        if stop:
-            self._stops.append(_StopEvent(moment, why))
+        if objector is not None:
+            self._stops.append(_StopEvent(moment, why, objector.id))
         elif moment >= self._since:
             self._since, self._why = moment, why
 
@@ -169,8 +170,9 @@ class CommandFreshness:
         """Why these words do not move the robot, a sentence; "" when they may."""
         if late := self.why_late(said, source):
             return late
-        if source not in READ_SOURCES:
-            return ""
+        if source not in READ_SOURCES:  # the page shows a stop of one's own before its state does
+            unseen = (one for one in self._stops if said.ended < one.at and one.who != who.id)
+            return next((VOID(what=one.why) for one in unseen), "")
         if said.ended < self._stood and not (source == EARS and self.time.simulated):
             return VOID(what=self._why_stood)
         others = (

@@ -9,7 +9,6 @@ import math
 import time
 from collections.abc import Callable, Container, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Literal
 
 from console.access.logins import Person
@@ -64,7 +63,7 @@ class CommandDispatcher:
         self._warned_press: int | None = None
         self.setpoint_sender = SetpointSender(robot)
         self._stop_controller = StopController(
-            robot, self.setpoint_sender, lease, history, notifications, partial(self.cancel, objected=True)
+            robot, self.setpoint_sender, lease, history, notifications, self.cancel
         )
         self.pilot: Pilot | None = None  # None: it failed
         self.when_cancelled: list[Callable[[Ending, str, bool], None]] = []  # called when the active command ends
@@ -126,7 +125,7 @@ class CommandDispatcher:
             return self._handle(command, words, source, who, said)
         if command.name == STOP_MOVING.name:
             self.setpoint_sender.stop()
-            self._announce_end("cancelled", Statement("stop.stopped_by", name=who.name), objected=True)
+            self._announce_end("cancelled", Statement("stop.stopped_by", name=who.name), who)
         else:
             self.admit(command, words, source, who, said)
         entry = self._history.add("command", who, state="running", **row_of(command, words, source))
@@ -345,9 +344,9 @@ class CommandDispatcher:
         if self.pilot is not None:
             self.pilot.cancel("failed", why)
 
-    def cancel(self, state: Ending, why: str, *, objected: bool = False) -> None:
-        """End the active command; it no longer drives from now on. `objected`: a person did not want it."""
-        self._announce_end(state, why, objected=objected)
+    def cancel(self, state: Ending, why: str, objector: Person | None = None) -> None:
+        """End the active command; it no longer drives from now on. `objector`: the person who did not want it."""
+        self._announce_end(state, why, objector)
         self._active.cancel()
         for number in self._active:
             self.setpoint_sender.revoke(number)
@@ -356,10 +355,12 @@ class CommandDispatcher:
 
     # steps of the above
 
-    def _announce_end(self, state: Ending, why: str, *, objected: bool = False, at: float | None = None) -> None:
-        self.freshness.void(why, stop=objected, at=at)
+    def _announce_end(
+        self, state: Ending, why: str, objector: Person | None = None, *, at: float | None = None
+    ) -> None:
+        self.freshness.void(why, objector=objector, at=at)
         for tell in self.when_cancelled:
-            tell(state, why, objected)
+            tell(state, why, objector is not None)
 
     def _hand_to_pilot(self, entry: HistoryEntry, heard: Command, who: Person) -> None:
         if not self._robot.profile.drives and not self._robot.profile.dry_run:

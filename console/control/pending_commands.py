@@ -48,6 +48,7 @@ class LateCommand:
     """A spoken command that was refused for nothing but its age: it begins where a person confirms it."""
 
     id: int
+    person: Person  # in whose name it was said
     source: str
     command: Command
     until: float  # [s] monotonic, until which it is offered
@@ -100,7 +101,7 @@ class PendingCommands(Part):
         except StaleWords as stale:
             if stale.late:
                 self._newest += 1
-                self._late = LateCommand(self._newest, source, command, time.monotonic() + LATE_OFFER_S)
+                self._late = LateCommand(self._newest, who, source, command, time.monotonic() + LATE_OFFER_S)
             raise
         why, now = Statement("command.pre_empted", words=words), time.monotonic()
         self._end("pre-empted", why)
@@ -144,7 +145,7 @@ class PendingCommands(Part):
         """Drop the pending command; anyone who may stop the robot may do this. Raises Problem 404."""
         self._find(number)
         why = Statement("command.dropped_by", name=who.name)
-        self._dispatcher.freshness.void(why, stop=True)
+        self._dispatcher.freshness.void(why, objector=who)
         self._ended("cancelled", why, objected=True)
 
     def forget(self, source: str, why: str) -> None:
@@ -155,7 +156,8 @@ class PendingCommands(Part):
     def left(self, who: Person) -> None:
         """A page of this person closed: nothing that they said before begins."""
         self._dispatcher.freshness.left(who)
-        self._late = None
+        if self._late is not None and self._late.person.id == who.id:
+            self._late = None
         if self.waiting is not None and self.waiting.person.id == who.id:
             self._end("cancelled", Statement("command.closed_the_page", name=who.name))
 

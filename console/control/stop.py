@@ -41,7 +41,7 @@ class HaltReset:
 
 
 class StopController:
-    """`cancel(state, why)` ends the active command."""
+    """`cancel(state, why, who)` ends the active command."""
 
     def __init__(
         self,
@@ -50,7 +50,7 @@ class StopController:
         lease: Lease,
         history: History,
         notifications: Notifications,
-        cancel: Callable[[Ending, str], None],
+        cancel: Callable[[Ending, str, Person], None],
     ) -> None:
         self._robot = robot
         self._setpoint_sender = setpoint_sender
@@ -65,7 +65,7 @@ class StopController:
     def stop(self, who: Person, source: str, press: int = 0) -> None:
         """Everything cancelled, zero speed, always. A press that comes by a second way is recorded once."""
         self._setpoint_sender.stop()
-        self._cancel("cancelled", Statement("stop.stopped_by", name=who.name))
+        self._cancel("cancelled", Statement("stop.stopped_by", name=who.name), who)
         if self._is_recorded(who, press):
             self._history.add("stop", who, source=source)
 
@@ -73,7 +73,7 @@ class StopController:
         """The same, latched; the function `latched` waits until it is on disk."""
         self._lifted("cancelled", Statement("stop.halted_again"))
         self._setpoint_sender.halt()
-        self._cancel("cancelled", Statement("stop.halted_by", name=who.name))
+        self._cancel("cancelled", Statement("stop.halted_by", name=who.name), who)
         if self._is_recorded(who, press):
             self._history.add("halt", who, source=source)
             self._notifications.tell("warning", Statement("stop.who_halted", name=who.name), CAUSE)

@@ -35,6 +35,7 @@ class PlaceService(Part):
     def __init__(self, maps: MapService, dispatcher: CommandDispatcher) -> None:
         self.places: tuple[NamedPlace, ...] = ()  # where they are now
         self.when_changed: list[Callable[[tuple[NamedPlace, ...]], None]] = []
+        self.when_renamed: list[Callable[[dict[str, str]], None]] = []  # called with the new name of each
         self._maps, self._dispatcher = maps, dispatcher
         maps.when_marked.append(self._refresh)
 
@@ -81,15 +82,18 @@ class PlaceService(Part):
         heading = heading if turned else old.heading_rad
         x, y = at or (old.x_m, old.y_m)
         mark = self._placed(PlaceMark(wanted, x, y, heading, by=who.name, outline_m=old.outline_m))
+        names = {old.name: wanted}
 
         def change(marks: MapMarks) -> MapMarks:
             if wanted != old.name:
                 self._check_name(wanted, [one for one in marks.places if one.name != old.name])
             places = tuple(mark if one.name == old.name else one for one in marks.places)
-            routes = tuple(renamed(one, one.name, {old.name: wanted}) for one in marks.routes)
+            routes = tuple(renamed(one, one.name, names) for one in marks.routes)
             return msgspec.structs.replace(marks, places=places, routes=routes)
 
         await self._maps.mark(change, f"place {old.name}: {mark.name}", who)
+        for tell in self.when_renamed:
+            tell(names)
         return self.find(mark.name)
 
     async def remove(self, name: str, who: Person) -> None:

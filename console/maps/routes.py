@@ -23,7 +23,7 @@ from console.control.history import History
 from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.http.problems import Problem
-from console.maps.marks import MapMarks, RouteMark, RouteStop
+from console.maps.marks import MapMarks, RouteMark, RouteStop, renamed
 from console.maps.places import PlaceService
 from console.maps.service import MapService
 from console.maps.store import checked_name, key_of, slug
@@ -49,6 +49,7 @@ RouteState = Literal["idle", "driving", "waiting", "paused", "ended"]
 SOURCE = "route"
 MAX_ROUTES, MAX_STOPS = 100, 100
 MAX_WAIT_S = 3600.0
+MAX_PICTURE_AGE_S = 1.0  # by the robot's clock, of one that is kept
 BLOCKED_WAIT_S = 10.0  # until a way that was blocked is tried again
 MAX_TRIES = 3  # to reach one stop
 LOW_BATTERY = 0.2  # share of its charge
@@ -116,13 +117,16 @@ class RouteService(Part):
         self.pictures = home / PICTURE_FOLDER
         self.recorder: RecordingService | None = None
         self.clock = time.time  # [s] Unix time
-        self._image: Image | None = None
-        self._stamp_pose = (0.0, Pose())
+        self._picture: tuple[Image, Pose] | None = None  # the newest, and where the robot was
+        self._stamp = 0.0  # [s] robot clock of the newest snapshot
+        self._unwritten = ""  # what the route does, for its file
+        self._writing: asyncio.Task[None] | None = None
         self._tasks: set[asyncio.Task[None]] = set()
         self._own = False  # this service itself gives a command now
         self._battery: float | None = None
         self._trouble: str | None = None  # why the base could not be driven, at the last time that it could not
         dispatcher.when_cancelled.append(self._cancelled)
+        places.when_renamed.append(self._renamed)
         dispatcher.handlers |= {
             START_ROUTE.name: lambda command, who: self.start(command.place, who, unattended=False),
             PAUSE_ROUTE.name: lambda _, who: self._pause_or_stop(who),
@@ -139,6 +143,11 @@ class RouteService(Part):
             found.state, found.command = "ended", None
             found.reason = Statement("routes.restarted")
         self.run_now = found
+
+    async def close(self) -> None:
+        """Wait until it is written down what became of the route."""
+        if self._writing is not None:
+            await self._writing
 
     # routes of the map
 
@@ -257,8 +266,9 @@ class RouteService(Part):
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """A robot that lost its place drives no route."""
         self._battery, self._trouble = snapshot.battery, frame.trouble or self._trouble
-        self._image = frame.image or self._image
-        self._stamp_pose = snapshot.stamp, snapshot.estimate.pose
+        self._stamp = snapshot.stamp
+        if frame.image is not None:
+            self._picture = frame.image, snapshot.estimate.pose
         run = self.run_now
         if run is not None and run.state in ("driving", "waiting") and snapshot.floor.lost is not None:
             self._stand(run, "paused", LOST)
@@ -328,20 +338,19 @@ class RouteService(Part):
 
     async def _take_picture(self, run: RouteRun, stop: RouteStop) -> None:
         """The newest picture as a JPEG, with where and when it was taken in its comment."""
-        image, (stamp, pose) = self._image, self._stamp_pose
-        if image is None:
+        if self._picture is None or self._stamp - self._picture[0].stamp > MAX_PICTURE_AGE_S:
             self._note(run, "failed", Statement("routes.no_camera"))
             return
-        now = self.clock()
+        (image, pose), at, now = self._picture, run.stop, self.clock()
         when = time.strftime("%Y%m%d-%H%M%S", time.localtime(now))
-        name = f"{slug(run.route.name, 'route')}-{when}-{run.stop + 1}.jpg"
+        name = f"{slug(run.route.name, 'route')}-{when}-{at + 1}.jpg"
         facts = {
             "route": run.route.name,
             "round": run.rounds + 1,
-            "stop": run.stop + 1,
+            "stop": at + 1,
             "place": stop.place,
             "unix_s": round(now, 3),
-            "robot_s": round(stamp, 3),
+            "robot_s": round(image.stamp, 3),
             "pose": [round(pose.x, 3), round(pose.y, 3), round(pose.heading, 4)],
             "map": self._maps.shown.name,
         }
@@ -349,21 +358,22 @@ class RouteService(Part):
             content = await asyncio.to_thread(commented_jpeg, image.pixels, json.dumps(facts))
             await asyncio.to_thread(write_atomic, self.pictures / name, content)
         except OSError as trouble:
-            self._note(run, "failed", Statement("routes.no_picture", why=trouble.strerror or str(trouble)))
+            self._note(run, "failed", Statement("routes.no_picture", why=trouble.strerror or str(trouble)), at)
             return
-        self._note(run, "done", Statement("routes.picture", name=name))
+        self._note(run, "done", Statement("routes.picture", name=name), at)
 
     async def _record(self, run: RouteRun, seconds: float) -> None:
         if self.recorder is None:
             return
+        at = run.stop
         try:
             state = await self.recorder.start(None, f"{run.route.name}: {run.here.place}", run.owner)
-            self._note(run, "done", Statement("routes.records", name=state.name))
+            self._note(run, "done", Statement("routes.records", name=state.name), at)
             await asyncio.sleep(seconds)
             await self.recorder.stop(run.owner)
         except (Problem, BeckonError) as trouble:
             words = trouble.detail if isinstance(trouble, Problem) else str(trouble)
-            self._note(run, "failed", words)
+            self._note(run, "failed", words, at)
 
     # rounds by the clock
 
@@ -454,6 +464,11 @@ class RouteService(Part):
         else:
             self._stand(run, "ended", why)
 
+    def _renamed(self, names: dict[str, str]) -> None:
+        """The copy of the route that runs follows new names of places."""
+        if (run := self.run_now) is not None:
+            run.route = renamed(run.route, run.route.name, names)
+
     def _cancelled(self, state: Ending, why: str, _: bool) -> None:
         """A command, or whatever was under way, was ended by a person, the gate, or the lease."""
         run = self.run_now
@@ -509,8 +524,10 @@ class RouteService(Part):
         self._notifications.tell(level, f"Route “{run.route.name}”: {run.reason}", "route")
         self._keep()
 
-    def _note(self, run: RouteRun, state: str, remark: str) -> None:
-        words = f"{run.route.name}: stop {run.stop + 1} of {len(run.route.stops)}, {run.here.place}"
+    def _note(self, run: RouteRun, state: str, remark: str, at: int | None = None) -> None:
+        """Write down what happened at a stop; `at`: its index, where the route may have gone on."""
+        at = run.stop if at is None else at
+        words = f"{run.route.name}: stop {at + 1} of {len(run.route.stops)}, {run.route.stops[at].place}"
         for tell in self.when_noted:
             tell(words, remark or state)
         self._history.add(
@@ -518,13 +535,21 @@ class RouteService(Part):
         )
 
     def _keep(self) -> None:
-        """Write down what it does; a disk that refuses ends no route."""
+        """Write down what it does, in a thread and the newest only; a disk that refuses ends no route."""
         if self.run_now is None:
             return
-        try:
-            write_atomic(self._file, json.dumps(msgspec.to_builtins(self.run_now, enc_hook=plain)))
-        except OSError as trouble:
-            log.warning("What the route does cannot be written down: %s", trouble)
+        self._unwritten = json.dumps(msgspec.to_builtins(self.run_now, enc_hook=plain))
+        if self._writing is None:
+            self._writing = asyncio.get_running_loop().create_task(self._write())
+
+    async def _write(self) -> None:
+        while self._unwritten:
+            content, self._unwritten = self._unwritten, ""
+            try:
+                await asyncio.to_thread(write_atomic, self._file, content)
+            except OSError as trouble:
+                log.warning("What the route does cannot be written down: %s", trouble)
+        self._writing = None
 
     def _checked(self, route: RouteMark) -> RouteMark:
         """A route as it is kept. Raises BadInput, Problem 404."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import math
 import os
+import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -24,7 +27,7 @@ from core.sensors import SensorFrame
 from core.sentences import Statement
 from core.slam.map.status import LostStatus
 from core.snapshot import Snapshot
-from tests.console.live import Live
+from tests.console.live import MORE, Live
 from tests.console.test_slam_api import LOST as LOST_STATUS
 
 
@@ -250,7 +253,12 @@ def test_a_route_of_unknown_places_or_names_is_refused(live: Live) -> None:
 
 
 def test_a_renamed_place_stays_in_its_routes_and_a_removed_one_is_named(live: Live) -> None:
+    service = live.runtime.parts[RouteService]
+    start(live, "round")
+    call(live, "POST", "/api/route/pause", {})
     call(live, "PATCH", "/api/places/door", {"name": "garden"})
+    assert service.run_now is not None and service.run_now.route.stops[2].place == "garden"
+    call(live, "POST", "/api/route/stop", {})
     (row,) = [one for one in call(live, "GET", "/api/routes")["routes"] if one["name"] == "round"]
     assert [one["place"] for one in row["stops"]] == ["desk", "sofa", "garden"]
     call(live, "DELETE", "/api/places/garden", status=204)
@@ -265,11 +273,57 @@ def test_a_renamed_place_stays_in_its_routes_and_a_removed_one_is_named(live: Li
 def test_after_a_restart_it_stands_as_interrupted(live: Live) -> None:
     service = live.runtime.parts[RouteService]
     run = RouteRun(RouteMark("round", (RouteStop("desk"), RouteStop("sofa"))), Person("1", "Ada"), True, stop=1)
+    live.until(lambda: service._writing is None)
     (live.home / FILE).write_text(json.dumps(msgspec.to_builtins(run)))
     live.run(service.open())
     told = progress(live)
     assert (told["state"], told["stop"], told["name"]) == ("ended", 2, "round") and "started again" in told["reason"]
     stays(live, "ended")
+
+
+def test_a_slow_disk_holds_no_route_and_gets_the_newest(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    service, free, written = live.runtime.parts[RouteService], threading.Event(), list[str]()
+
+    def slowly(path: Path, content: str) -> None:
+        free.wait(MORE)
+        written.append(json.loads(content)["state"])
+
+    live.until(lambda: service._writing is None)
+    monkeypatch.setattr("console.maps.routes.write_atomic", slowly)
+    start(live, "round")
+    live.until(lambda: live.robot.status().v > 0.0)
+    call(live, "POST", "/api/route/pause", {})
+    call(live, "POST", "/api/route/stop", {})
+    assert not written
+    free.set()
+    live.until(lambda: service._writing is None)
+    assert written == ["driving", "ended"]
+
+
+def test_a_picture_at_a_stop_is_of_that_stop_or_none_is_kept(live: Live) -> None:
+    service = live.runtime.parts[RouteService]
+    noted: list[tuple[str, str]] = []
+    live.until(lambda: service._picture is not None)
+
+    async def takes(age: float) -> None:
+        """The route goes on at once."""
+        run = RouteRun(RouteMark("snap", (RouteStop("desk"), RouteStop("sofa"))), Person("1", "operator"), True)
+        assert service._picture is not None
+        image, pose = service._picture
+        service._picture = replace(image, stamp=service._stamp - age), pose
+        task = asyncio.create_task(service._take_picture(run, run.here))
+        await asyncio.sleep(0)
+        run.stop = 1
+        await task
+
+    service.when_noted.append(lambda words, remark: noted.append((words, remark)))
+    for age in (0.0, 60.0):
+        live.run(takes(age))
+    service.when_noted.pop()
+    (name,) = [one.name for one in service.pictures.glob("snap-*-1.jpg")]
+    at = "snap: stop 1 of 2, desk"
+    assert noted == [(at, Statement("routes.picture", name=name)), (at, Statement("routes.no_camera"))]
+    (service.pictures / name).unlink()
 
 
 def test_it_speaks_at_a_stop_each_time_and_drives_on_when_it_is_silent_again(live: Live) -> None:

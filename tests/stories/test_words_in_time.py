@@ -43,16 +43,20 @@ def by_anybody(self: CommandFreshness, said: Spoken, by: str, who: Person) -> st
     return "" if why == ABSENT else why
 
 
-def but_stops(self: CommandFreshness, why: str, *, stop: bool = False, at: float | None = None) -> None:
-    VOID(self, why, stop=stop, at=-math.inf if stop else at)
+def but_stops(self: CommandFreshness, why: str, *, objector: Person | None = None, at: float | None = None) -> None:
+    VOID(self, why, objector=objector, at=at if objector is None else -math.inf)
 
 
-def but_newer_commands(self: CommandFreshness, why: str, *, stop: bool = False, at: float | None = None) -> None:
-    VOID(self, why, stop=stop, at=at if at is None else -math.inf)
+def but_newer_commands(
+    self: CommandFreshness, why: str, *, objector: Person | None = None, at: float | None = None
+) -> None:
+    VOID(self, why, objector=objector, at=at if at is None else -math.inf)
 
 
-def but_hands_and_drivers(self: CommandFreshness, why: str, *, stop: bool = False, at: float | None = None) -> None:
-    VOID(self, why, stop=stop, at=at if stop or at is not None else -math.inf)
+def but_hands_and_drivers(
+    self: CommandFreshness, why: str, *, objector: Person | None = None, at: float | None = None
+) -> None:
+    VOID(self, why, objector=objector, at=at if objector is not None or at is not None else -math.inf)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from console.access.logins import Person
-from console.control.command_freshness import MAX_REMEMBERED_STATES, StateTimes
+from console.control.command_freshness import MAX_REMEMBERED_STATES, Spoken, StaleWords, StateTimes
 from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
 from console.control.lease import GRACE_S, Lease
@@ -204,6 +204,19 @@ def test_a_command_that_was_long_on_its_way_moves_nothing_and_stop_always_acts(l
         assert hear(line, "answer")["ok"]
         say(line, kind="command", text="turn left", source="typed", ref=6, seen=10**9)  # of another console's life
         assert hear(line, "answer")["ok"]
+
+
+def test_what_was_typed_before_a_stop_that_its_sender_had_not_seen_moves_nothing(
+    dispatcher: CommandDispatcher, robot: Robot
+) -> None:
+    now = time.monotonic()
+    dispatcher.stop(ANNA, "page")
+    dispatcher.submit("turn left", "typed", ANNA, Spoken(now, now))  # her own stop she knows, whatever her page shows
+    dispatcher.stop(BERT, "page")
+    with pytest.raises(StaleWords, match="Bert"):
+        dispatcher.submit("turn right", "typed", ANNA, Spoken(now, now))
+    dispatcher.submit("turn right", "typed", ANNA, Spoken.now())
+    assert robot.told == ["turn left", "turn right"]
 
 
 def test_what_names_a_state_is_as_old_as_that_and_never_younger_than_its_arrival() -> None:

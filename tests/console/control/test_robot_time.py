@@ -49,7 +49,7 @@ def test_words_are_late_by_the_clock_of_the_robot_and_stops_count_by_ours(rate: 
     words.time = running(rate, simulated=True)
     said = Spoken(now - 5.0, now - 4.0)
     assert ("too late" in words.why_not(said, "ears", ANYBODY)) is late
-    words.void("Ann stopped the robot.", stop=True, at=now - 3.0)
+    words.void("Ann stopped the robot.", objector=ANYBODY, at=now - 3.0)
     assert words.why_not(said, "ears", ANYBODY) != ""
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from console.access.logins import Person
 from console.control.pending_commands import PendingCommands
 from console.speech.listener import BESIDE_STOP, SpokenOutcome
 from console.speech.room_transcription import RoomTranscriber, RoomUtterance
@@ -129,6 +130,8 @@ def test_what_came_too_late_begins_when_a_person_confirms_it_and_a_stop_takes_th
     assert offered() is None and confirm(late["id"], live.operator) == 404
     assert "too late" in said(live, "turn right", age=4.0)
     late = live.until(offered)
+    live.on_loop(lambda: live.runtime.parts[PendingCommands].left(Person("c", "Carl")))
+    assert offered() == late, "another person's page closed"
     live.ask("POST", "/api/stop", token=live.operator)
     assert live.until(lambda: offered() is None) and confirm(late["id"], live.operator) == 404
 
