@@ -22,7 +22,7 @@ from console.maps.export import FLOOR, PREVIEW, known_part, write_map
 from console.maps.join_worker import JoinMaps, MatchMaps
 from console.maps.marks import MapMarks, put_together, read_marks, taken_again, write_marks
 from console.maps.plan import PrintedPlan
-from console.maps.store import MAX_NAME_LETTERS, MapInfo, MapStore, StoredMap, checked_name
+from console.maps.store import MAX_NAME_LETTERS, MapInfo, MapStore, StoredMap, checked_name, key_of
 from console.maps.trajectory import Trajectory, laid_out
 from console.messages.map import MapState
 from console.part import Part
@@ -56,7 +56,8 @@ SAME_RESOLUTION_M = 1e-6  # by which two resolutions may differ
 SAME_LASER_HEIGHT_M = 0.05  # by which the planes of two lasers may differ that see the same walls
 UNSAVED_M = 0.3  # that the robot moves before its map is worth a question
 LAST_MAP = "last map"  # what a console keeps that ends, and one that may be killed
-LAST_BUT_ONE = "last map but one"  # what it was when this console began
+LAST_BUT_ONE = "last map but one"  # what it was before the map in use
+LAST_BUT_TWO = "last map but two"  # the same, while the last but one is in use
 AUTOSAVE_PERIOD_S = 60.0
 ITSELF = Person("console", "Beckon", "operator")
 MAX_PACKERS = 4  # who packs or joins a map and those who wait for it
@@ -104,7 +105,7 @@ class MapService(Part):
         self.kept_as = LAST_MAP  # name under which a map that would be lost is saved at the end
         self._autosaved_at: Pose | None = None  # where the robot was when its unsaved map was last kept
         self._traced: tuple[OccupancyGrid, MapOutline] | None = None  # the newest outline and of what
-        self._earlier_kept = False  # the last map of the console before this one has its own name
+        self._earlier_kept = False  # the last map from before the one in use has its own name
         self.marks = MapMarks()  # of the map in use
         self.marks_revision = 0
         self.when_marked: list[Callable[[], None]] = []  # the marks are others, or lie elsewhere
@@ -115,13 +116,12 @@ class MapService(Part):
     # state
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """The newest snapshot. Another pilot knows nothing of the former's map."""
+        """The newest snapshot. Another pilot, or one whose clock began again, knows nothing of the former map."""
         former, self._newest = self._newest, snapshot
-        if self._dispatcher.pilot is not self._pilot:
-            self._pilot, self._name, self.frame = self._dispatcher.pilot, None, ""
-            self.trajectory.forget()
-            self._stands_kept()
-            self._set_marks(MapMarks())
+        went_back = former is not None and snapshot.stamp < former.stamp - 1e-6
+        if went_back or self._dispatcher.pilot is not self._pilot:
+            self._pilot = self._dispatcher.pilot
+            self._use(None, "", MapMarks())
         if former is not None and _layout(former) != _layout(snapshot):
             self._set_marks(self.marks)
         if self._kept_at is None:
@@ -233,6 +233,7 @@ class MapService(Part):
             write_marks(folder, MapMarks())
 
         await self._on_disk(self._taking_turns(lambda: self._store.keep(card, fill, replace=replace)))
+        self._leave_replaced(card)
         self._changed("import", card.name, who)
         return card
 
@@ -262,10 +263,16 @@ class MapService(Part):
                 write_marks(folder, marks[0])
 
         await self._on_disk(self._taking_turns(lambda: self._store.keep(card, fill, replace=replace)))
+        self._leave_replaced(card)
         if self._name == card.name and self.frame == card.frame != "":
             self._set_marks(marks[0])
         self._changed("import", card.name, who)
         return card
+
+    def _leave_replaced(self, card: MapInfo) -> None:
+        """Another map has the name of the one in use: that one goes on in no saved map."""
+        if self._name is not None and key_of(self._name) == key_of(card.name):
+            self._name = card.name if self.frame == card.frame != "" else None
 
     def _check_fits(self, card: MapInfo) -> None:
         """Raises Problem 409 for a map of other cells, or of a laser that sees other things than this robot's."""
@@ -403,10 +410,7 @@ class MapService(Part):
         pilot = self._piloting()
         pilot.enter_map(saved)
         self._dispatcher.cancel("cancelled", Statement("pilot.other_map"))
-        self.trajectory.forget()
-        self._name, self.frame = card.name, card.frame
-        self._stands_kept()
-        self._set_marks(marks)
+        self._use(card.name, card.frame, marks)
         self._changed("load", card.name, who)
 
     async def delete(self, name: str, who: Person) -> None:
@@ -445,16 +449,17 @@ class MapService(Part):
 
         Raises what `change` raises, Unwritable, Problem 404, 503.
         """
-        before = self.marks
+        before, frame = self.marks, self.frame
         marks = change(before)
         _ = self.grid  # a mark without a map means nothing
-        self.frame = "" if whole else self.frame  # the axes were turned
+        self.frame = "" if whole else frame  # the axes were turned
         self._set_marks(marks)
+        self._redrawn |= marks.edits != before.edits
         try:
             await self._keep_marks(marks, whole=whole)
-            self._redrawn |= marks.edits != before.edits
         except BaseException:
             if self.marks is marks:
+                self.frame = frame
                 self._set_marks(before)
             raise
         self._history.add("map", who, words=words)
@@ -481,10 +486,14 @@ class MapService(Part):
 
     async def _keep_redrawn(self) -> None:
         """The pictures of the saved map that is in use show its newest edits from now on."""
-        if self._redrawn and self._name is not None:
-            await self._write(self._name, ITSELF, replace=True)
+        redrawn, self._redrawn, name = self._redrawn, False, self._name
+        if redrawn and name is not None:
+            try:
+                await self._write(name, ITSELF, replace=True)
+            except BaseException:
+                self._redrawn |= name == self._name
+                raise
             self._revision += 1
-        self._redrawn = False
 
     def _set_marks(self, marks: MapMarks) -> None:
         """These hold from now on, where the map is now: all parts know them at once."""
@@ -524,6 +533,14 @@ class MapService(Part):
 
     # steps of the above
 
+    def _use(self, name: str | None, frame: str, marks: MapMarks) -> None:
+        """Another map is in use from now on: the saved one of this name, or one that begins now."""
+        self._name, self.frame = name, frame
+        self._redrawn = self._earlier_kept = False
+        self.trajectory.forget()
+        self._stands_kept()
+        self._set_marks(marks)
+
     def _stands_kept(self) -> None:
         """The map as it is now is on the disk, or is not worth it."""
         self._kept_at, self._autosaved_at, self._unsaved = None, None, False
@@ -534,14 +551,15 @@ class MapService(Part):
         return math.hypot(moved.x, moved.y) > UNSAVED_M
 
     async def _keep_earlier(self) -> None:
-        """Before this console keeps its first last map: the one that it found gets a name of its own."""
+        """Before the map in use is first kept as the last one: the one that is there gets a name of its own."""
         if self._earlier_kept:
             return
+        used = key_of(self._name or "")
 
         def rename() -> None:
             found = self._store.find(LAST_MAP)
-            if found is not None and self._name != LAST_MAP:
-                self._store.rename(found, LAST_BUT_ONE)
+            if found is not None and used != LAST_MAP:
+                self._store.rename(found, LAST_BUT_TWO if used == LAST_BUT_ONE else LAST_BUT_ONE)
 
         await self._on_disk(self._taking_turns(rename))
         self._earlier_kept = True

@@ -107,7 +107,6 @@ class Pilot:
         self._who: PersonProfile | None = None
         self._keep_outs = KeepOuts()
         self._ground: tuple[OccupancyGrid, KeepOuts, OccupancyGrid] | None = None  # a grid and the same with zones
-        self._edits = MapEdits()
         self._edited: tuple[OccupancyGrid, MapEdits, OccupancyGrid] | None = None  # what was seen, and with edits
         self._hidden: tuple[tuple[Landmark, ...], OccupancyGrid, tuple[Landmark, ...]] | None = None
         self._look: PersonLook | None = None
@@ -128,6 +127,7 @@ class Pilot:
         self._hearing = SoundPerception(self._profile, settings.direction_finding)
         self._mount = MountWatch(settings.drift)
         self._mapper = Mapper(parts_of(settings), self._profile.laser, watched=self._profile.drives)
+        self._edits = MapEdits()
         self._reference = self._compare_with_laser(None, None)
         self._dead_reckoning = DeadReckoning()
         self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
@@ -311,8 +311,10 @@ class Pilot:
         return replace(accepted, command=replace(command, call=call, others=heard))
 
     def _begin_again_after_a_seek(self, stamp: float) -> None:
-        """A recording that jumped back in time starts from the beginning."""
+        """A recording that jumped back in time, or a robot whose clock began again, starts from the beginning."""
         if stamp < self._stamp - 1e-6:
+            if not self._first:
+                self._keep_outs = KeepOuts()  # which lay on the map that is gone
             self._executor.end("failed", Statement("pilot.clock_reset"))
             self._reset(stamp)
 

@@ -1,24 +1,41 @@
-"""Saved maps: names, half-written ones, replacing, and the journey that goes with them."""
+"""Saved maps: names, half-written ones, replacing, the one in use, and the journey that goes with them."""
 
 from __future__ import annotations
 
+import asyncio
 import json
 import math
 import zipfile
+from collections.abc import Awaitable, Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
+from console.control.history import History
+from console.control.lease import Lease
 from console.maps.export import known_part, preview
+from console.maps.marks import EditMark, MapMarks, PlaceMark, read_marks
+from console.maps.service import ITSELF, LAST_BUT_ONE, LAST_BUT_TWO, LAST_MAP, MapService
 from console.maps.store import ASIDE, CARD, MapInfo, MapStore, NameTaken, checked_name, slug
 from console.maps.trajectory import ROW_FIELDS, Trajectory, laid_out
 from core.errors import BadInput, Unwritable
 from core.files import SEAL
 from core.gate import ZERO
 from core.geometry import Pose
+from core.navigation.zones import KeepOuts, MapZone
+from core.pilot import Pilot
+from core.robots import Profile
+from core.robots.connect import connect
+from core.sensors import SensorFrame
+from core.settings import Settings
 from core.slam.estimate import Estimate, SlamHealth
+from core.slam.map.edits import MapEdit, MapEdits
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import MapStatus, SubmapView
 from core.slam.motion import Increment
@@ -224,3 +241,148 @@ def test_the_preview_shows_what_is_known_and_nothing_around_it() -> None:
     part = known_part(grid)
     assert part.log_odds.shape == (11, 31) and part.origin == pytest.approx([-2.0, 3.0])
     assert preview(grid).startswith(b"\x89PNG")
+
+
+@cache
+def seen() -> tuple[Profile, list[SensorFrame]]:
+    """A robot in the lab, and its first frames, of which a map is made."""
+    robot = connect("sim:lab", seed=1, settings=Settings())
+    frames = [robot.read() for _ in range(3)]
+    robot.close()
+    return robot.profile, frames
+
+
+class InUse:
+    """The maps of a console without its page, on a robot that has looked around."""
+
+    def __init__(self, home: Path) -> None:
+        profile, _ = seen()
+        self.pilot, history = Pilot(profile), History(home, print)
+        history.open()
+        link: Any = SimpleNamespace(profile=profile)
+        dispatcher: Any = SimpleNamespace(pilot=self.pilot, cancel=lambda *_: None)
+        self.maps = MapService(home, Settings(), link, dispatcher, Lease(), history)
+        self.store = MapStore(home / "maps")
+        self.look()
+
+    def look(self) -> None:
+        """Take the frames; once more, it is a robot whose clock began again."""
+        for frame in seen()[1]:
+            self.maps.on_snapshot(self.pilot.step(frame), frame)
+
+    async def autosave(self) -> None:
+        self.maps._unsaved = True  # it drove
+        assert await self.maps.autosaved()
+
+    async def mark(self, *, whole: bool = False, **marks: object) -> None:
+        await self.maps.mark(lambda kept: msgspec.structs.replace(kept, **marks), "mark", ITSELF, whole=whole)
+
+    def kept(self, name: str) -> tuple[Path, str, MapMarks]:
+        """Folder, frame and marks of a saved map."""
+        found = self.store.find(name)
+        assert found is not None, name
+        return found.folder, found.card.frame, read_marks(found.folder)
+
+
+DESK, ERASED = (PlaceMark("desk", 0.3, 0.1),), (EditMark(1, "free", ((0.3, 0.1),), 0.2),)
+
+
+def in_use(work: Callable[[InUse], Awaitable[None]], home: Path) -> None:
+    async def whole() -> None:
+        await work(InUse(home))
+
+    asyncio.run(whole())
+
+
+def test_a_robot_whose_clock_began_again_is_on_no_saved_map_any_more(tmp_path: Path) -> None:
+    async def work(console: InUse) -> None:
+        maps, pilot = console.maps, console.pilot
+        await maps.save("Office", ITSELF, replace=False)
+        await console.mark(places=DESK, edits=ERASED)
+        saved = console.kept("Office")
+        corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+        pilot.keep_out_of(KeepOuts((MapZone(name="hole", kind="keep_out", points=corners),)))
+        pilot.edit_map(MapEdits((MapEdit("free", corners),)))
+        pilot.step(replace(seen()[1][-1], stamp=seen()[1][-1].stamp + 0.1))
+        assert pilot._edits.edits and pilot._keep_outs.zones
+        console.look()
+        assert (maps.shown.name, maps.frame, maps.marks) == (None, "", MapMarks())
+        assert not pilot._edits.edits and not pilot._keep_outs.zones
+        await console.autosave()
+        assert console.kept("Office") == saved and saved[2].places == DESK
+        frame = console.kept(LAST_MAP)[1]
+        console.look()
+        await console.autosave()  # of a third map: the second is kept
+        assert console.kept(LAST_BUT_ONE)[1] == frame != console.kept(LAST_MAP)[1]
+
+    in_use(work, tmp_path)
+
+
+def test_the_map_in_use_is_replaced_by_no_other_that_is_kept(tmp_path: Path) -> None:
+    async def work(console: InUse) -> None:
+        await console.autosave()
+        console.look()
+        await console.autosave()
+        before, last = console.kept(LAST_BUT_ONE), console.kept(LAST_MAP)
+        await console.maps.load(LAST_BUT_ONE, ITSELF)
+        await console.autosave()
+        assert console.kept(LAST_BUT_ONE) == before and console.kept(LAST_BUT_TWO)[:2] == last[:2]
+        await console.mark(places=DESK)
+        assert console.kept(LAST_BUT_ONE) == (*before[:2], MapMarks(places=DESK))
+
+    in_use(work, tmp_path)
+
+
+def test_an_import_in_the_place_of_the_map_in_use_keeps_its_own_marks(tmp_path: Path) -> None:
+    async def work(console: InUse) -> None:
+        other = InUse(tmp_path / "other")
+        await other.maps.save("office", ITSELF, replace=False)
+        packed = (await other.maps.packed("office")).read()
+        await console.maps.save("Office", ITSELF, replace=False)
+        await console.maps.take_in("office", packed, ITSELF, replace=True)
+        assert console.maps.shown.name is None
+        await console.mark(places=DESK)
+        assert console.kept("office")[1:] == (other.maps.frame, MapMarks())
+        assert console.kept(LAST_MAP)[2].places == DESK
+        await console.maps.load("office", ITSELF)
+        await console.maps.take_in("Office", packed, ITSELF, replace=True)  # the same axes: it goes on in it
+        assert console.maps.shown.name == "Office"
+
+    in_use(work, tmp_path)
+
+
+def test_edits_are_drawn_into_their_own_map_however_its_writing_goes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def work(console: InUse) -> None:
+        maps, keep = console.maps, console.maps._store.keep
+        for name in ("lab", "office"):
+            await maps.save(name, ITSELF, replace=False)
+        await console.mark(edits=ERASED)
+        await maps.load("lab", ITSELF)
+        saved = console.kept("lab")
+        await maps._keep_redrawn()
+        assert console.kept("lab") == saved  # the other was edited
+
+        def fail(*_: object, **__: object) -> None:
+            raise Unwritable("The disk is full.")
+
+        def edit_meanwhile(card: MapInfo, write: Callable[[Path], None], *, replace: bool) -> None:
+            keep(card, write, replace=replace)
+            maps._redrawn = True
+
+        await console.mark(edits=ERASED)
+        monkeypatch.setattr(maps._store, "keep", fail)
+        with pytest.raises(Unwritable):
+            await maps._keep_redrawn()
+        for how, left in ((edit_meanwhile, True), (keep, False)):
+            saved = console.kept("lab")
+            monkeypatch.setattr(maps._store, "keep", how)
+            await maps._keep_redrawn()
+            assert console.kept("lab")[0] != saved[0] and maps._redrawn is left
+        monkeypatch.setattr(maps._store, "keep", fail)
+        with pytest.raises(Unwritable):
+            await console.mark(edits=(), whole=True)
+        assert maps.frame == saved[1] and maps.marks.edits == ERASED  # a turn that cannot be saved
+
+    in_use(work, tmp_path)
