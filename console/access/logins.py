@@ -111,14 +111,14 @@ class Logins:
         opener = key.digest if key else ""
         same = self._login(shown, now)
         if same is not None and same.role == found.role:
-            self._keep(shown, same.person, opener, now, made=same.made_s)
+            self._keep(shown, same.person, opener, found.name, now, made=same.made_s)
             return shown, same.person
         self._make_room(found.role, present)
         self._names += 1
         cookie = new_token()
         own = f"{found.name} {self._names}" if found.name in RANK else found.name  # of who says no name
         person = Person(secrets.token_hex(6), self._unique_name(name or own), found.role)
-        self._keep(cookie, person, opener, now)
+        self._keep(cookie, person, opener, found.name, now)
         return cookie, person
 
     def of_cookie(self, cookie: str, now: float) -> Person | None:
@@ -199,10 +199,12 @@ class Logins:
         after = self._records.people
         return [person for digest, person in before.items() if digest not in after]
 
-    def _keep(self, cookie: str, person: Person, opener: str, now: float, made: float | None = None) -> None:
+    def _keep(
+        self, cookie: str, person: Person, opener: str, key_name: str, now: float, made: float | None = None
+    ) -> None:
         wall = now + self._ahead
         role, since = cast(Role, person.role), wall if made is None else made
-        login = LoginRecord(fingerprint(cookie), person.id, person.name, role, opener, since, wall + LIFE)
+        login = LoginRecord(fingerprint(cookie), person.id, person.name, role, opener, since, wall + LIFE, key_name)
         self._make(Change(logins=(login,)))
 
     def _login(self, cookie: str, now: float) -> LoginRecord | None:

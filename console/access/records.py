@@ -75,6 +75,7 @@ class LoginRecord(msgspec.Struct, frozen=True):
     key: str  # digest of the key that opened it; "": one that was good once
     made_s: float  # Unix time
     end_s: float  # Unix time
+    key_name: str = ""  # of the key that opened it, which may be gone; "": an earlier console has not kept it
 
     @property
     def person(self) -> Person:

@@ -1,6 +1,7 @@
 """All behind the fleet's page: the router, who is signed in, and who may do what at which robot."""
 
 import asyncio
+import contextlib
 import logging
 import time
 from pathlib import Path
@@ -10,7 +11,7 @@ import msgspec
 
 from console.access.guard import Access
 from console.access.login_keeper import LoginKeeper
-from console.access.logins import Person
+from console.access.logins import RANK, Person
 from console.access.open_sockets import OpenSockets
 from console.control.history import History
 from console.control.lease import Lease
@@ -40,12 +41,18 @@ class FleetRoles:
         self._seen = 0.0
         self._table: dict[str, dict[str, RobotRole]] = {}
 
-    def at(self, person: str, robot: str, own: FleetRole) -> RobotRole:
-        """The role of who signed in by this key, at this robot. Raises BadInput for a damaged file."""
+    def at(self, key: str, robot: str, own: FleetRole) -> RobotRole:
+        """The role of who signed in by the key of this name, at this robot; the least of all where that is not known.
+
+        Raises BadInput for a damaged file.
+        """
         changed = self._path.stat().st_mtime if self._path.is_file() else 0.0
         if changed != self._seen:
             self._table, self._seen = self.read(), changed
-        return self._table.get(person, {}).get(robot, own)
+        if key:
+            return self._table.get(key, {}).get(robot, own)
+        roles: list[RobotRole] = [own, *(row[robot] for row in self._table.values() if robot in row)]
+        return min(roles, key=lambda role: RANK[role or "public"])
 
     def read(self) -> dict[str, dict[str, RobotRole]]:
         """All that is set. Raises BadInput for a damaged file."""
@@ -105,6 +112,8 @@ class FleetRuntime:
         """Let go of all: the robots go on."""
         self.shut_down()
         await end(*self._tasks)
+        with contextlib.suppress(BeckonError):
+            await self.login_keeper.settle()
         if self._router is not None:
             await self._router.close()
         await asyncio.to_thread(self.history.close)
@@ -138,9 +147,11 @@ class FleetRuntime:
     # people at robots
 
     def role_at(self, who: Person, robot: str) -> RobotRole:
-        logins = self.access.logins
-        opener = next((one.key for one in logins.all_logins() if one.id == who.id), "")
-        key = next((one.name for one in logins.all_keys() if one.digest == opener), who.name)
+        logins, key = self.access.logins, who.name  # a program is called as its key
+        for login in logins.all_logins():
+            if login.id == who.id:
+                opener = (one.name for one in logins.all_keys() if one.digest == login.key)
+                key = login.key_name or next(opener, "")
         return self.roles.at(key, robot, _role(who.role))
 
     async def key_of(self, who: Person, robot: str, *, renew: bool = False) -> FleetKeyAnswer | None:
