@@ -55,11 +55,10 @@ async def help_page(path: str, request: Request) -> Response:
         raise Problem(404, "There is no such page; /help has the table of contents.")
     if file.suffix != ".md":
         return FileResponse(file, headers=NO_CACHE)
-    root = wanted_page(request.scope)
-    if root is not None and request.scope["person"] is not None:
+    root = "../" * (len(file.relative_to(folder).parts) + 1)
+    if wanted_page(request.scope) is not None and request.scope["person"] is not None:
         return RedirectResponse(f"{root}help#{path}", 303)
-    depth = len(file.relative_to(folder).parts) + 1
-    return Response(rendered(file, file.stat().st_mtime_ns, "../" * depth), media_type="text/html", headers=NO_CACHE)
+    return Response(rendered(file, file.stat().st_mtime_ns, root), media_type="text/html", headers=NO_CACHE)
 
 
 @lru_cache(maxsize=64)

@@ -11,7 +11,7 @@ import contextlib
 import ssl
 from collections.abc import AsyncIterator
 from typing import Any
-from urllib.parse import SplitResult, urlsplit
+from urllib.parse import SplitResult, quote, urlsplit
 
 import h11
 import websockets
@@ -143,7 +143,7 @@ class RobotConsoles:
             scheme = "wss" if address.scheme == "https" else "ws"
             try:
                 return await connect(
-                    f"{scheme}://{address.netloc}{path}{'?' if query else ''}{query}",
+                    f"{scheme}://{address.netloc}{quote(path)}{'?' if query else ''}{query}",
                     additional_headers={"Authorization": f"Bearer {key.token}"},
                     subprotocols=scope.get("subprotocols") or None,
                     ssl=trusting(key.certificate) if scheme == "wss" else None,
@@ -187,7 +187,7 @@ class Upstream:
     ) -> tuple[int, list[tuple[bytes, bytes]]]:
         """Send a request → status and headers of the answer. Raises Problem 503."""
         query = scope["query_string"]
-        target = path.encode() + (b"?" + query if query else b"")
+        target = quote(path).encode() + (b"?" + query if query else b"")
         headers = [(name, value) for name, value in scope["headers"] if name in HANDED_ON]
         if any(name == b"transfer-encoding" for name, _ in scope["headers"]):
             headers.append((b"transfer-encoding", b"chunked"))

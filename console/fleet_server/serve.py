@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 from fastapi import FastAPI, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import RedirectResponse
+from fastapi.routing import APIRoute
 from starlette.routing import Mount, Route
 
 from console import beckon_version
 from console.access.roles import needs
 from console.api.application import complete, opened
-from console.api.help import help_pages
+from console.api.help import help_page, help_pages
 from console.api.login import login
 from console.api.page import PAGE_NAMES, scene_page
 from console.api.page_files import NO_CACHE, PageFiles
@@ -81,7 +82,8 @@ def page_routes() -> list[Route]:
     paths = ("", *(f"{name}{end}" for name in PAGE_NAMES for end in ("", ".html")))
     consoles = [Route(f"/robots/{{name}}/{path}", console_page, methods=["GET"]) for path in paths]
     scene = Route("/robots/{name}/scene/", scene_page, methods=["GET"])
-    return [Route("/", own, methods=["GET"]), *consoles, scene]
+    docs = APIRoute("/robots/{name}/static/docs/{path:path}", help_page, methods=["GET"])
+    return [Route("/", own, methods=["GET"]), *consoles, scene, docs]
 
 
 def serve_fleet(options: FleetOptions) -> None:

@@ -12,7 +12,9 @@ from collections.abc import Awaitable, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
+import msgspec
 import pytest
 import uvicorn
 from starlette.applications import Starlette
@@ -25,6 +27,7 @@ from websockets.exceptions import InvalidStatus
 
 from console.access.guard import Access
 from console.access.logins import Logins
+from console.access.records import AccessFile
 from console.assembly import shown_certificate
 from console.fleet.authority import Authority, CertificateFiles
 from console.fleet.bus import FleetAddress, FleetKeyAnswer
@@ -45,7 +48,7 @@ SEEN: list[str] = []  # keys that arrived
 async def echo(request: Request) -> JSONResponse:
     """What came, and a cookie and a page that must not come through."""
     SEEN.append(request.headers["authorization"])
-    seen = {**request.headers, "body": (await request.body()).decode(), "path": request.url.path}
+    seen = {**request.headers, "body": (await request.body()).decode(), "path": request.scope["path"]}
     return JSONResponse(seen, 201, {"set-cookie": "a=b", "content-security-policy": "default-src *"})
 
 
@@ -97,6 +100,9 @@ async def check_requests(
     assert person is not None and person.role == "operator"
     assert "set-cookie" not in headers and headers["content-security-policy"].startswith("sandbox")
     assert "cookie" not in seen and seen["host"] == f"127.0.0.1:{robot}"
+    for name in ("big%20desk", "B%C3%BCro%3F", "a%25b"):
+        seen = json.loads((await asked("GET", f"/robots/r1/api/places/{name}"))[2])
+        assert seen["path"] == f"/api/places/{unquote(name)}"
     runtime.roles.set("operator", "r1", "viewer")
     seen = json.loads((await asked("GET", "/robots/r1/api/state", "operator"))[2])
     person = console.logins.bearer(seen["authorization"].removeprefix("Bearer "), 1.0)
@@ -221,5 +227,31 @@ def test_each_role_does_what_it_may_and_a_console_is_opened_with_ones_own_role_a
             assert b"fleet-cards" in (await asked("GET", "/", ""))[2]
             assert (await asked("GET", "/robots/r1/", ""))[1]["location"] == "/"
             assert b"command-line" in (await asked("GET", "/robots/r1/", "operator"))[2]
+            assert b'<main class="docs">' in (await asked("GET", "/robots/r1/static/docs/index.md", "operator"))[2]
 
     asyncio.run(work())
+
+
+def test_a_role_at_a_robot_outlives_the_key_that_it_was_given_to(tmp_path: Path) -> None:
+    logins = Logins(AccessFile(tmp_path))
+    authority, address = Authority(tmp_path), FleetAddress("127.0.0.1", free_port())
+    runtime = FleetRuntime(tmp_path, Access(logins), authority, address)
+    people = {}
+    for key in ("guest", "Ann"):
+        opened = logins.open(logins.issue(key, "operator", end=10.0), "Ann Other", 1.0)
+        assert opened is not None
+        people[key] = opened[1]
+    runtime.roles.set("guest", "r1", None)
+
+    def roles() -> list[str | None]:
+        return [runtime.role_at(people[key], "r1") for key in ("guest", "Ann")]
+
+    assert roles() == [None, "operator"]
+    assert logins.expire(20.0) == [] and logins.all_keys() == []
+    assert roles() == [None, "operator"]
+    asyncio.run(runtime.close())
+    kept = AccessFile(tmp_path).read()
+    assert {one.key_name for one in kept.logins.values()} == {"guest", "Ann"}
+    earlier = {at: msgspec.structs.replace(one, key_name="") for at, one in kept.logins.items()}
+    logins._records.logins = earlier  # kept by an earlier console: nobody knows whose they are
+    assert roles() == [None, None]
