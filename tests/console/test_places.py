@@ -7,14 +7,32 @@ import math
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
-from console.maps.marks import MARKS, Anchor, MapMarks, PlaceMark, anchor_at, read_marks, write_marks
+from console.api.places import NamePlaceRequest
+from console.api.places import row_of as place_row
+from console.api.routes import RouteRequest
+from console.api.zones import ZoneRequest
+from console.api.zones import row_of as zone_row
+from console.maps.marks import (
+    MARKS,
+    Anchor,
+    MapMarks,
+    PlaceMark,
+    RouteMark,
+    RouteStop,
+    anchor_at,
+    read_marks,
+    write_marks,
+)
 from console.maps.places import PlaceService
 from console.maps.service import MapService
 from core.errors import BadInput
 from core.geometry import Pose
+from core.navigation.places import NamedPlace
+from core.navigation.zones import MapZone
 from core.slam.map.status import SubmapView
 from tests.console.live import Live
 
@@ -80,6 +98,19 @@ def test_a_place_is_named_moved_gone_to_and_kept_with_its_map(live: Live) -> Non
     damaged = folder / MARKS
     damaged.write_text(damaged.read_text().replace("piano", "pianx"))
     assert "damaged" in call(live, "POST", "/api/maps/lab/load", {}, status=422)["detail"]
+
+
+def test_a_row_of_one_robot_is_what_another_takes() -> None:
+    """A fleet gives the marks of one robot to another; it leaves `wall_m` out."""
+    place = NamedPlace(name="desk", x_m=0.4, y_m=0.1, heading_rad=1.5, outline_m=((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    zone = MapZone(name="stairs", kind="slow", points=corners, max_speed=0.1)
+    route = RouteMark("round", (RouteStop("desk", 2.0, "say", "Hello"),), True, "08:30", "17:00", 5.0)
+    rows = ((NamePlaceRequest, place_row(place)), (ZoneRequest, zone_row(zone)), (RouteRequest, route))
+    for asked, row in rows:
+        fields = msgspec.json.decode(msgspec.json.encode(row))
+        fields.pop("wall_m", None)
+        assert asked.model_validate(fields).model_dump(mode="json").items() >= fields.items()
 
 
 def test_marks_are_read_as_they_were_written_and_not_when_they_were_changed(tmp_path: Path) -> None:

@@ -1,12 +1,19 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-/** @typedef {Record<string, Array<{name: string, of: string}>>} Marks */
+/** @typedef {Record<string, Array<{name: string, of: string, wall_m?: number | null}>>} Marks */
 
 test("robots of one map get the marks that they lack, keep their own, and nothing is written where one may not", async () => {
   /** @type {Record<string, Marks>} */
   const kept = {
-    r1: { places: [{ name: "dock", of: "r1" }], zones: [{ name: "stairs", of: "r1" }], routes: [] },
+    r1: {
+      places: [
+        { name: "dock", of: "r1" },
+        { name: "desk", of: "r1", wall_m: null },
+      ],
+      zones: [{ name: "stairs", of: "r1" }],
+      routes: [],
+    },
     r2: { places: [{ name: "Dock", of: "r2" }], zones: [], routes: [{ name: "round", of: "r2" }] },
     r3: { places: [{ name: "lift", of: "r3" }], zones: [], routes: [] },
   };
@@ -19,6 +26,7 @@ test("robots of one map get the marks that they lack, keep their own, and nothin
       const own = kept[robot]?.[kind] ?? [];
       if (method !== "POST") return Response.json({ [kind]: own });
       const mark = JSON.parse(String(body));
+      if ("wall_m" in mark) return Response.json({ detail: "It has not the form." }, { status: 422 });
       if (mark.name === "lift") return Response.json({ detail: "It sounds like left." }, { status: 422 });
       order.push(kind);
       own.push(mark);
@@ -27,16 +35,22 @@ test("robots of one map get the marks that they lack, keep their own, and nothin
   });
   const { shareMarks } = await import("../../static/js/net/marks-api.js");
   const done = await shareMarks(["robots/r1/", "robots/r2/", "robots/r3/"], (root) => root !== "robots/r3/");
-  assert.deepEqual(done, { added: 2, refused: ["lift: It sounds like left.", "lift: It sounds like left."] });
-  assert.deepEqual(order, ["zones", "routes"]);
+  assert.deepEqual(done, { added: 3, refused: ["lift: It sounds like left.", "lift: It sounds like left."] });
+  assert.deepEqual(order, ["places", "zones", "routes"]);
   assert.deepEqual(kept, {
     r1: {
-      places: [{ name: "dock", of: "r1" }],
+      places: [
+        { name: "dock", of: "r1" },
+        { name: "desk", of: "r1", wall_m: null },
+      ],
       zones: [{ name: "stairs", of: "r1" }],
       routes: [{ name: "round", of: "r2" }],
     },
     r2: {
-      places: [{ name: "Dock", of: "r2" }],
+      places: [
+        { name: "Dock", of: "r2" },
+        { name: "desk", of: "r1" },
+      ],
       zones: [{ name: "stairs", of: "r1" }],
       routes: [{ name: "round", of: "r2" }],
     },

@@ -58,7 +58,7 @@ export const steerRoute = (act) => post(`api/route/${act}`);
 export async function shareMarks(roots, mayWrite) {
   const done = { added: 0, refused: /** @type {string[]} */ ([]) };
   for (const path of [PLACES, ZONES, ROUTES]) {
-    // routes last: their stops are places
+    // routes last: their stops are places; the distance of a place to a wall is no part of it
     const kind = path.replace("api/", "");
     /** @type {Array<Array<{name: string}>>} */
     const had = await Promise.all(roots.map(async (root) => (await call(root + path))[kind]));
@@ -67,7 +67,7 @@ export async function shareMarks(roots, mayWrite) {
       for (const mark of mayWrite(root) ? had.flat() : []) {
         if (names.has(mark.name.toLowerCase())) continue;
         names.add(mark.name.toLowerCase());
-        await post(root + path, mark).then(
+        await post(root + path, { ...mark, wall_m: undefined }).then(
           () => (done.added += 1),
           (refusal) => done.refused.push(`${mark.name}: ${sentenceOf(refusal)}`),
         );
