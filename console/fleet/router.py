@@ -260,9 +260,10 @@ class FleetRouter:
         stop, halting = self.stop, self._halting
         if stop is not None and stop.kind == "stop" and now - stop.began > REPEATED_FOR_S:
             stop.over = True
-        repeated = [stop] if stop is halting else [stop, halting]
-        for each in repeated:
-            for name, one in () if each is None or each.over else each.robots.items():
+        for each in (stop, None if halting is stop else halting):
+            if each is None or each.over:
+                continue
+            for name, one in each.robots.items():
                 known = self.table.robots.get(name)
                 if known and known.alive and not one.acknowledged and now - one.asked_at > REPEAT_PERIOD_S:
                     self._ask_to_stand(each, name, now)
