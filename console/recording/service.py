@@ -8,6 +8,7 @@ import math
 import pickle
 import re
 import shutil
+import stat
 import time
 from collections.abc import Iterable
 from dataclasses import replace
@@ -510,15 +511,19 @@ class RecordingService(Part):
         """Every recording, the newest first, with the one that runs."""
         found: list[FinishedRecording] = []
         for name, changed, size in await asyncio.to_thread(self._sizes):
-            if (name, changed) not in self._known:
+            path = self._path(name)
+            if path.suffix != ENDING:  # its reader judges it when it is opened
+                self._known[name, changed] = FinishedRecording(name, 0.0, size, {}, changed)
+            elif (name, changed) not in self._known:
                 try:  # beside the recorder: what a stranger wrote may break who reads it
-                    read = await self._cutter.ask(ReadRecording(str(self._path(name))), budget=FILE_BUDGET_S)
+                    read = await self._cutter.ask(ReadRecording(str(path)), budget=FILE_BUDGET_S)
                 except BeckonError:
                     read = FinishedRecording(name, 0.0, size, {}, changed, complete=False)
                 self._known[name, changed] = read
             one = self._known[name, changed]
             note = self._notes.get(name, RecordingNote(one.note)).note
-            found.append(msgspec.structs.replace(one, note=note, **({} if one.complete else with_cause(CUT))))
+            cut = {} if one.complete else with_cause(CUT)
+            found.append(msgspec.structs.replace(one, note=note, file=path.name, **cut))
         running = self._running
         for name, changed, size in await asyncio.to_thread(self._parts):
             if name not in (running and running.name, self._keeps):
@@ -566,7 +571,7 @@ class RecordingService(Part):
         path = self._folder / checked_name(file)
         if not content:
             raise BadInput(Statement("recording.empty", name=path.name))
-        if path.exists():
+        if path.exists() or self._path(path.name.removesuffix(ENDING)).exists():
             raise Problem(409, Statement("recording.taken", name=path.name))
         await self._check_room()
         with saving("The recording could not be kept"):
@@ -600,8 +605,9 @@ class RecordingService(Part):
         if new_name is not None and (fresh := checked_name(new_name)) != name:
             if self._path(fresh).exists():
                 raise Problem(409, Statement("recording.taken", name=fresh))
+            ending = "" if path.name == name else ENDING
             with saving("The recording could not be renamed"):
-                await asyncio.to_thread(path.rename, self._path(fresh))
+                await asyncio.to_thread(path.rename, path.with_name(f"{fresh}{ending}"))
             before = self._notes.pop(name, None)
             note = before.note if note is None and before is not None else note
             name = fresh
@@ -622,7 +628,9 @@ class RecordingService(Part):
     # files
 
     def _path(self, name: str) -> Path:
-        return self._folder / f"{name}{ENDING}"
+        """The file of a recording; one of another form than ours has the whole name."""
+        whole = self._folder / name
+        return whole if whole.is_file() else self._folder / f"{name}{ENDING}"
 
     def _fresh_name(self, wanted: str) -> str:
         base = wanted or datetime.now().astimezone().strftime("%Y-%m-%d %H.%M.%S")
@@ -636,17 +644,19 @@ class RecordingService(Part):
         with saving("Nothing can be recorded"):
             self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
 
-    def _sizes(self, ending: str = ENDING) -> list[tuple[str, float, int]]:
-        """Name, time of change [s] and bytes of every finished file."""
+    def _sizes(self, *, parts: bool = False) -> list[tuple[str, float, int]]:
+        """Name, time of change [s] and bytes of every finished file, or of those that are still written."""
         found: list[tuple[str, float, int]] = []
-        for path in self._folder.glob(f"[!.]*{ending}"):
+        for path in self._folder.glob("[!.]*"):
             with contextlib.suppress(FileNotFoundError):  # deleted or renamed meanwhile
                 facts = path.stat()
-                found.append((path.name.removesuffix(ending), facts.st_mtime, facts.st_size))
+                if stat.S_ISREG(facts.st_mode) and path.name.endswith(f"{ENDING}{PART}") == parts:
+                    name = path.name.removesuffix(PART).removesuffix(ENDING)
+                    found.append((name, facts.st_mtime, facts.st_size))
         return found
 
     def _parts(self) -> list[tuple[str, float, int]]:
-        return self._sizes(f"{ENDING}{PART}")
+        return self._sizes(parts=True)
 
     def _description(self, cause: str, note: str) -> dict[str, str]:
         profile = self._robot.profile

@@ -81,11 +81,13 @@ class FinishedRecording(msgspec.Struct, frozen=True):
     robot: str = ""
     code: str | None = None  # of the sentence in `cause`, which keeps its meaning in every language
     values: dict[str, str] | None = None  # in that sentence, by their names
+    file: str = ""  # its name in the folder of recordings, once it is finished
 
     @classmethod
     def of(cls, written: RecordedFile, cause: str = "") -> FinishedRecording:
         """As it goes through the pipe."""
-        return cls(written.path.stem, written.seconds, written.bytes, dict(written.messages), cause=cause)
+        facts = written.path.stem, written.seconds, written.bytes, dict(written.messages)
+        return cls(*facts, cause=cause, file=written.path.name)
 
 
 def cause_facts(cause: str) -> dict[str, str]:

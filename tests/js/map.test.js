@@ -2,7 +2,11 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 globalThis.matchMedia ??= /** @type {any} */ (() => ({ matches: false, addEventListener: () => undefined }));
-globalThis.document ??= /** @type {any} */ ({ documentElement: { dataset: {} }, createElement: () => ({}) });
+globalThis.document ??= /** @type {any} */ ({
+  documentElement: { dataset: {}, toggleAttribute: () => false },
+  createElement: () => ({}),
+});
+const { CanvasHand } = await import("../../static/js/ui/canvas-hand.js");
 const { suitable } = await import("../../static/js/ui/map-choice.js");
 const { FloorView } = await import("../../static/js/ui/floor-view.js");
 const { mapInWords, nearest, wayLeft } = await import("../../static/js/ui/map-text.js");
@@ -56,4 +60,33 @@ test("the map in words says where the robot is, what is near, where it goes and 
 test("a view that is centred shows the point in the middle", () => {
   const at = new FloorView(50, 0, 0).centred({ x: 3, y: -1 }, 400, 300).drawn({ x: 3, y: -1 });
   assert.deepEqual(at, { x: 200, y: 150 });
+});
+
+test("a touch that the browser takes for itself neither presses nor draws on", () => {
+  /** @type {Record<string, (event: any) => void>} */
+  const listeners = {};
+  const canvas = {
+    addEventListener: (/** @type {string} */ type, /** @type {any} */ then) => (listeners[type] = then),
+  };
+  /** @type {string[]} */
+  const done = [];
+  let draws = true;
+  new CanvasHand(/** @type {any} */ ({ ...canvas, setPointerCapture: () => undefined }), {
+    move: () => done.push("moved"),
+    press: () => done.push("pressed"),
+    draw: () => draws,
+    drawn: () => done.push("drew"),
+    ended: () => done.push("ended"),
+    left: () => done.push("left"),
+  });
+  const event = { button: 0, pointerId: 1, offsetX: 5, offsetY: 5 };
+  listeners.pointerdown?.(event);
+  listeners.pointercancel?.(event);
+  listeners.pointerup?.(event);
+  assert.deepEqual(done, ["left"]);
+  draws = false;
+  listeners.pointerdown?.(event);
+  listeners.pointercancel?.(event);
+  listeners.pointerup?.(event);
+  assert.deepEqual(done, ["left"]);
 });

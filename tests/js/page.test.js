@@ -5,6 +5,8 @@ import { existsSync, readdirSync, readFileSync } from "node:fs";
 import { test } from "node:test";
 import { Refusal, sentenceOf } from "../../static/js/net/api.js";
 import { PAGES, pageAt } from "../../static/js/shell/pages.js";
+import { FakeSocket } from "./fake-socket.js";
+import { HELLO, STATE } from "./view.js";
 
 Object.assign(globalThis, {
   addEventListener: () => {},
@@ -118,4 +120,28 @@ test("no class is styled by two pages, or by a page and the console: all styles 
     }
   }
   assert.ok(owners.size > 200);
+});
+
+test("a history that could not be read is read again with the next state, and a tab that is left says so", async (of) => {
+  Object.assign(globalThis, { WebSocket: FakeSocket, isSecureContext: true });
+  let asked = 0;
+  of.mock.method(globalThis, "fetch", async (/** @type {URL} */ url) => {
+    if (!String(url).includes("history")) return Response.json({ commands: [] });
+    asked += 1;
+    return asked === 1 ? new Response("", { status: 500 }) : Response.json({ revision: 7, commands: [{ id: 3 }] });
+  });
+  const session = new Session();
+  session.link.open();
+  const socket = /** @type {FakeSocket} */ (FakeSocket.all.at(-1));
+  const lease = { ...STATE.lease, holder_id: HELLO.you.id };
+  const state = { ...STATE, kind: "state", history_revision: 7, lease, command: null };
+  socket.tell({ ...HELLO, kind: "hello" });
+  for (let told = 0; told < 1000 && !session.history.length; told += 1) {
+    socket.tell(state);
+    await new Promise((resolve) => setImmediate(resolve));
+  }
+  assert.deepEqual([session.history.map(({ id }) => id), asked], [[3], 2]);
+  of.mock.timers.enable({ apis: ["setTimeout"] });
+  session.suspend();
+  assert.ok(socket.sent.some((message) => /"do":"leave"/.test(message)));
 });

@@ -49,7 +49,7 @@ const WHOLE = {
   robot: "lab",
   messages: {},
 };
-const WALK = { ...WHOLE, code: null, values: null };
+const WALK = { ...WHOLE, code: null, values: null, file: "walk.mcap" };
 
 test("a recording is whole, runs, is cut, or waits to be recovered", () => {
   assert.equal(stateOf(WALK, null), "whole");
@@ -62,6 +62,6 @@ test("a recording is described by what is known of it", () => {
   assert.equal(about(WALK), "1:05 · 5.0 MB · lab");
   assert.equal(about({ ...WALK, seconds: 0, robot: "" }), "5.0 MB");
   assert.match(about({ ...WALK, started_s: Date.now() / 1000 }), /^today \d\d:\d\d · 1:05/);
-  assert.equal(urlOf("a walk"), "log:a walk.mcap");
+  assert.equal(urlOf({ ...WALK, file: "a walk.log" }), "log:a walk.log");
   assert.deepEqual([999, 340_000, 1.25e6, 340e6, 3.4e9].map(size), ["1 kB", "340 kB", "1.3 MB", "340 MB", "3.4 GB"]);
 });

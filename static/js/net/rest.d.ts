@@ -274,6 +274,7 @@ export interface FinishedRecording {
   robot: string;
   code: string | null;
   values: Record<string, string> | null;
+  file: string;
 }
 
 /** A robot, as the fleet knows it. */

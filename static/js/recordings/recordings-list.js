@@ -98,7 +98,7 @@ class RecordingsList extends PagePanel {
     /** @param {string} drawing @param {string} says @param {() => void} then */
     const act = (drawing, says, then) => acts.append(iconButton(drawing, says, then, { title: says, look: "small" }));
     const says = t("recordings-list.play_name", { name });
-    const play = { "aria-label": says, onclick: () => this.#play(row, name) };
+    const play = { "aria-label": says, onclick: () => this.#play(row, one) };
     if (this.#may) acts.append(make("button.button", play, icon("play"), t("recordings-list.play")));
     const link = {
       href: fileOf(name),
@@ -107,7 +107,8 @@ class RecordingsList extends PagePanel {
       title: t("map-card.download"),
     };
     acts.append(make("a", { class: "icon-button small", ...link }, icon("download")));
-    if (state === "whole") act("cut", t("recordings-list.part_name", { name }), () => this.#part(row, one));
+    if (state === "whole" && one.seconds > 0)
+      act("cut", t("recordings-list.part_name", { name }), () => this.#part(row, one));
     if (!this.#may) return row;
     act("pencil", t("recordings-list.change_name", { name }), () => this.#change(row, one));
     const sentence = t("recordings-list.delete_this_recording_for_good");
@@ -116,12 +117,12 @@ class RecordingsList extends PagePanel {
     return row;
   }
 
-  /** @param {HTMLElement} row @param {string} name */
-  #play(row, name) {
+  /** @param {HTMLElement} row @param {Recording} one */
+  #play(row, one) {
     const question = questionIn(row, "div", { role: "group", hidden: true });
     askToOpen(question, this.session, {
-      url: urlOf(name),
-      open: (save) => void this.model.play(name, save),
+      url: urlOf(one),
+      open: (save) => void this.model.play(one, save),
       stay: () => focusOn(row),
     });
   }

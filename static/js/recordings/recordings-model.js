@@ -64,12 +64,12 @@ export class RecordingsModel extends PageModel {
 
   /**
    * Open it instead of the robot; the console starts again with it.
-   * @param {string} name
+   * @param {Recording} one
    * @param {boolean} save the map first
    */
-  play(name, save) {
-    const url = urlOf(name);
-    return this.#tried(t("connection-model.opening_url", { url: name }), async () => {
+  play(one, save) {
+    const url = urlOf(one);
+    return this.#tried(t("connection-model.opening_url", { url: one.name }), async () => {
       if (save) await saveMap(this.session);
       await openInstead(this.session, url);
     });
@@ -84,8 +84,8 @@ export class RecordingsModel extends PageModel {
   }
 }
 
-/** The URL that opens it. @param {string} name */
-export const urlOf = (name) => `log:${name}.mcap`;
+/** The URL that opens it. @param {Recording} recording */
+export const urlOf = ({ file }) => `log:${file}`;
 
 /** What is said of a recording below its name: when, how long, how large, which robot. @param {Recording} recording */
 export const about = ({ started_s: started, seconds, bytes, robot }) =>

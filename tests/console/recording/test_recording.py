@@ -168,6 +168,15 @@ def test_a_recording_from_elsewhere_is_kept_as_it_came_and_can_be_opened(live: L
     assert (live.home / "recordings" / "of mine.log").read_bytes() == content
     assert "log:of mine.log" in ask(live, "GET", "robot/connection").json["opened_here"]
     assert put("of%20mine.log", b"another").status == 409
+    assert put("a%20turn", b"another").status == 409, "two would have one name"
+    assert ask(live, "PATCH", "recordings/of%20mine.log", {"name": "theirs.log", "note": "n"}).status == 204
+    rows = {row["name"]: row for row in ask(live, "GET", "recordings").json["recordings"]}
+    row = rows["theirs.log"]
+    assert (row["file"], row["note"], row["bytes"], row["complete"]) == ("theirs.log", "n", len(content), True)
+    assert rows["a turn"]["file"] == "a turn.mcap"
+    assert "theirs.log" in [name for name, _, _ in live.runtime.parts[RecordingService]._sizes()]
+    assert ask(live, "DELETE", "recordings/theirs.log").status == 204
+    assert not (live.home / "recordings" / "theirs.log").exists()
     nothing = put("x.mcap", b"")
     assert (nothing.status, nothing.json["detail"]) == (422, "x.mcap is empty; nothing was kept.")
     assert put("..%2Fx.log", b"x").status in (404, 415, 422)
