@@ -24,8 +24,9 @@ MAX_CARRIED_M, MAX_TURNED_RAD = 0.02, np.deg2rad(1.5)  # the robot may move afte
 class LiveCapture:
     """Looks at what the robot sees until it is over. Lives on the event loop."""
 
-    def __init__(self, session: CalibrationSession) -> None:
-        self._session = session
+    def __init__(self, session: CalibrationSession, laser: str) -> None:
+        """`laser`: name of the one that is calibrated; scans of others are left out."""
+        self._session, self._laser = session, laser
         self._image: Image | None = None
         self._scan: Scan | None = None
         self._odometry: Pose | None = None
@@ -35,7 +36,9 @@ class LiveCapture:
 
     def saw(self, frame: SensorFrame) -> None:
         """A frame of the robot; the newest replaces what nobody has looked at yet."""
-        self._image, self._scan = frame.image or self._image, frame.scan or self._scan
+        self._image = frame.image or self._image
+        if frame.scan is not None and frame.scan.laser in ("", self._laser):
+            self._scan = frame.scan
         if frame.wheels is not None:
             self._odometry = frame.wheels.odometry
         self._news.set()

@@ -291,7 +291,9 @@ class CalibrationService(Part):
             for other in self.sessions.values():
                 if other is not session and other.card.kind == session.card.kind:
                     self.rest(other)
-            self._live[session.card.id] = live = live or LiveCapture(session)
+            laser = self._robot.profile.laser
+            live = live or LiveCapture(session, laser.name if laser is not None else "")
+            self._live[session.card.id] = live
             live.task.add_done_callback(lambda _: self._looked(session, live))
         elif live is not None:
             live.end()

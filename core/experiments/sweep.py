@@ -15,6 +15,7 @@ from core.experiments.result import ExperimentResult, as_csv, stored
 from core.settings import Settings, changed
 
 MAX_POINTS = 1000
+MAX_FOLDER_NAME = 200  # characters of a point's; a longer one begins with the point's number
 UNFIT_FOR_NAMES = re.compile(r"[^\w.=,+-]")  # in the name of a point's folder
 
 
@@ -85,10 +86,11 @@ def _result(
 ) -> SweepResult:
     rows: list[SweepPoint] = []
     begin = 0
-    for point, plan in zip(points, plans, strict=True):
+    for number, (point, plan) in enumerate(zip(points, plans, strict=True), 1):
         of_point = [one for part in answers[begin : begin + len(plan.batches)] for one in part]
         begin += len(plan.batches)
-        folder = UNFIT_FOR_NAMES.sub("_", ",".join(f"{name}={value}" for name, value in point.items()))[:200]
+        folder = UNFIT_FOR_NAMES.sub("_", ",".join(f"{name}={value}" for name, value in point.items()))
+        folder = folder if len(folder) <= MAX_FOLDER_NAME else f"{number},{folder}"[:MAX_FOLDER_NAME]
         result = plan.finish(of_point, None if out is None else out / folder)
         figures = {key: figure_at(result, key) for key in EXPERIMENTS[name].about.swept}
         rows.append({"settings": point, "figures": figures, "files": result["files"]})

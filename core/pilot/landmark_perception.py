@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from core.errors import BadInput
-from core.geometry import Pose, arc
+from core.geometry import Pose, Transform, arc
 from core.message import Array
 from core.perception.image_quality.quality import PictureQuality, judge
 from core.perception.landmarks.corners import Corner, find_corners
@@ -65,6 +65,13 @@ class LandmarkPerception:
         self._usable_stamp = np.inf
         self._moved_stamp = np.inf  # of the newest frame in which the robot moved, or might have
         self._scan: Scan | None = None  # the newest that was looked at
+
+    def camera_of(self, image: Image | None, stamp: float) -> Camera | None:
+        """The camera as it stood when a picture was taken, seen from the robot at `stamp` [s]."""
+        moved = None if image is None else self._recall.moved(stamp, image.stamp)
+        if self.camera is None or moved is None or moved.pose == Pose():
+            return self.camera
+        return replace(self.camera, mounting=Transform.of_pose(moved.pose) @ self.camera.mounting)
 
     def take_second(self, image: Image | None) -> None:
         """Find the edges of a picture, if it is of the second camera of a pair."""

@@ -455,7 +455,7 @@ class Pilot:
             steering=self._settings.steering,
             wall=self._settings.wall,
             image=None if self._sensors.untimely("camera") else frame.image,
-            camera=self._vision.camera,
+            camera=self._vision.camera_of(frame.image, frame.stamp),
             call=None if self._sensors.untimely("microphones") else self._hearing.call,
             misheard=self._hearing.contradiction,
             company=self._settings.person_following,

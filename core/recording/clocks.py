@@ -64,8 +64,9 @@ class RecorderClock:
         """Return the time [s] of the next message as if the clock had never been set."""
         self._messages += 1
         last, jumps = self._seen.get(topic, (logged, 0))
-        step = logged - last
-        if self._newest is not None and jumps == len(self.jumps_s) and not -MAX_BACKWARD_S <= step <= MAX_PAUSE_S:
+        before = logged if self._newest is None else self._newest
+        jumped = not any(-MAX_BACKWARD_S <= logged - one <= MAX_PAUSE_S for one in (last, before))
+        if self._newest is not None and jumps == len(self.jumps_s) and jumped:
             self.jumps_s.append(logged - self._newest)
             self._shift_s -= logged - self._newest
         self._newest = logged

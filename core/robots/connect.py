@@ -130,7 +130,7 @@ def connect(url: str, *, seed: int = 0, settings: object | None = None) -> Robot
 def live(url: str, file: RobotFile, folder: Path = Path()) -> LiveRobot:
     """Open the devices that a URL joins, as one robot. Raises BadInput or Unavailable."""
     whole = absolute(structs.replace(file, url=url), folder)
-    return LiveRobot(devices_of(url, file), lambda equipment: profile_of(equipment, file, url, folder), file=whole)
+    return LiveRobot(devices_of(url, whole), lambda equipment: profile_of(equipment, file, url, folder), file=whole)
 
 
 def devices_of(url: str, file: RobotFile) -> list[tuple[str, Device]]:

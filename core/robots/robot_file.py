@@ -38,6 +38,7 @@ from core.sentences import Statement, plain
 
 FLAT_TILT_COSINE = 0.7  # cosine of the tilt from which on a link no longer lies flat
 MAX_ROBOT_FILE_BYTES = 200_000  # bytes of a robot file
+FILES_OF_DRIVERS = ("array", "ca", "cert", "key")  # entries of [robot] that may name a file beside the robot file
 ChosenRole = Literal[
     "odometry",
     "scan",
@@ -227,7 +228,13 @@ def absolute(file: RobotFile, folder: Path) -> RobotFile:
         for name, table in file.microphones.items()
     }
     urdf = str((folder / file.urdf).resolve()) if file.urdf else ""
-    return msgspec.structs.replace(file, cameras=cameras, microphones=microphones, urdf=urdf)
+    robot = {
+        key: str((folder / value).resolve())
+        if key in FILES_OF_DRIVERS and value and (folder / value).exists()
+        else value
+        for key, value in file.robot.items()
+    }
+    return msgspec.structs.replace(file, cameras=cameras, microphones=microphones, urdf=urdf, robot=robot)
 
 
 def capabilities_of(equipment: tuple[Equipment, ...]) -> frozenset[Capability]:

@@ -19,7 +19,7 @@ from core.robots.ros.bridge import RosSensors
 from core.robots.ros.ros_device import TIMEOUT, stopping
 from core.robots.ros.socket_link import RosAddress, RosSocket, parse_address
 from core.robots.ros.topics import DESCRIPTION, RosTopics
-from core.robots.ros.typestore import BOOL, GOAL, RobotTypes
+from core.robots.ros.typestore import BOOL, GOAL, STRING, RobotTypes
 
 DEFAULT_PORT = 9090
 TYPES, TOPICS = "/rosapi/topics_and_raw_types", "/rosapi/topics"  # services; older robots have only the second
@@ -48,6 +48,7 @@ class RosbridgeRobot(RosSocket):
     def _reset(self) -> None:
         self._types: list[tuple[str, str]] | None = None  # topic, its type as the robot writes it
         self._definitions: list[str] = []
+        self._texts: set[str] = set()  # topics of a String, whose data are no bytes
         self._refused = False
         self._awaited: set[str] = set()  # answers about parameters
         self._timeouts: list[object] = []  # values of cmd_vel_timeout
@@ -71,6 +72,7 @@ class RosbridgeRobot(RosSocket):
         for (topic, kind), text in texts.items():
             if text and topics.types.get(topic) == ros2_name(kind):
                 self.types.register(ros2_name(kind), text)
+        self._texts = {topic for topic in topics.read if topics.types[topic] == STRING}
         for topic in topics.read:
             if self.types.borrow(topics.types[topic]):
                 self._say(
@@ -143,8 +145,9 @@ class RosbridgeRobot(RosSocket):
         fields: dict[str, Any] = json.loads(raw) if isinstance(raw, str) else self._unpack(raw)
         match fields.get("op"):
             case "publish":
-                content = fields["msg"]
-                return str(fields["topic"]), as_fields(content) if self._json else bytes(content["bytes"])
+                topic, content = str(fields["topic"]), fields["msg"]
+                is_text = topic in self._texts
+                return topic, as_fields(content, is_text) if self._json else bytes(content["bytes"])
             case "service_response" if fields.get("id") in self._awaited:
                 self._take_answer(fields)
             case "service_response":
@@ -194,12 +197,15 @@ def as_json(value: Any, names: Mapping[str, str]) -> Any:
     return {names.get(name, name): as_json(getattr(value, name), names) for name in known}
 
 
-def as_fields(value: Any) -> Any:
-    """A message in JSON → the same with attributes, named as in ROS 2. Bytes come in base 64, null is no number."""
+def as_fields(value: Any, is_text: bool = False) -> Any:
+    """A message in JSON → the same with attributes, named as in ROS 2. Bytes come in base 64, null is no number.
+
+    `is_text`: it is a String, whose data are no bytes.
+    """
     if isinstance(value, dict):
         fields = SimpleNamespace()
         for key, content in value.items():
-            is_bytes = key == "data" and isinstance(content, str)
+            is_bytes = key == "data" and isinstance(content, str) and not is_text
             setattr(fields, OF_ROS_1.get(key, key), base64.b64decode(content) if is_bytes else as_fields(content))
         return fields
     if isinstance(value, list) and value and isinstance(value[0], dict):

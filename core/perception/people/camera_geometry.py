@@ -31,6 +31,11 @@ def axis(camera: Camera) -> float:
     return math.atan2(float(ahead[1]), float(ahead[0]))
 
 
+def off_axis(bearing: float, camera: Camera) -> float:
+    """Angle [rad] between a bearing in the robot's frame and the camera's axis, to either side."""
+    return abs(math.remainder(bearing - axis(camera), math.tau))
+
+
 def from_eye(stander: LegCluster, camera: Camera) -> tuple[float, float]:
     """Distance [m] and bearing [rad] of a stander from the camera, robot frame."""
     x, y = (stander.place - camera.mounting.translation[:2]).tolist()

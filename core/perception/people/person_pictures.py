@@ -30,6 +30,7 @@ class AskedPicture:
 
     stamp: float  # [s]
     pose: Pose
+    camera: Camera
     standers: tuple[LegCluster, ...]
     legs: LegCluster | None  # legs in the direction asked for, above which the camera sees too little
 
@@ -64,8 +65,8 @@ class PersonPictures:
             return
         near = _within(standers, camera, towards, BODY_MARGIN_M)
         hinted = () if self._guess else tuple(from_eye(one, camera)[0] for one in near[:MAX_DISTANCES])
-        waiting = AskedPicture(stamp, pose, standers, legs_alone(standers, camera, towards))
-        self._ask(waiting, image, camera, towards, hinted)
+        waiting = AskedPicture(stamp, pose, camera, standers, legs_alone(standers, camera, towards))
+        self._ask(waiting, image, towards, hinted)
 
     def ask_for(
         self,
@@ -84,7 +85,7 @@ class PersonPictures:
             or only_legs_show(camera, towards[0], distance, CHEST_HEIGHT_M)
         ):
             return False
-        self._ask(AskedPicture(stamp, pose, standers, None), image, camera, towards, (distance,))
+        self._ask(AskedPicture(stamp, pose, camera, standers, None), image, towards, (distance,))
         return True
 
     def answer(self) -> AnsweredPicture | None:
@@ -94,23 +95,23 @@ class PersonPictures:
             return None
         self._waiting = None
         self._guess = not answer.found and not self._guess
-        return AnsweredPicture(asked.stamp, asked.pose, asked.standers, asked.legs, answer.found)
+        return AnsweredPicture(asked.stamp, asked.pose, asked.camera, asked.standers, asked.legs, answer.found)
 
     def _busy(self, stamp: float) -> bool:
         return self._waiting is not None and stamp - self._asked < MAX_ANSWER_S
 
     def _ask(
-        self,
-        waiting: AskedPicture,
-        image: Image,
-        camera: Camera,
-        towards: tuple[float, float],
-        distances: tuple[float, ...],
+        self, waiting: AskedPicture, image: Image, towards: tuple[float, float], distances: tuple[float, ...]
     ) -> None:
         self._waiting, self._asked = waiting, waiting.stamp
         bearing, sd = towards
         question = LookQuestion(
-            pixels=image.pixels, camera=camera, stamp=waiting.stamp, bearing=bearing, sd=sd, distances=distances
+            pixels=image.pixels,
+            camera=waiting.camera,
+            stamp=waiting.stamp,
+            bearing=bearing,
+            sd=sd,
+            distances=distances,
         )
         self._look.ask(question)
 

@@ -23,11 +23,11 @@ from core.perception.people.brightness import levelled
 from core.perception.people.camera_geometry import (
     LEGS_BESIDE_M,
     around,
-    axis,
     eye,
     from_eye,
     in_world,
     legs_of,
+    off_axis,
     on_legs,
     ray_of,
     stands_at,
@@ -128,6 +128,7 @@ class PersonTrack:
         self._glance = None
         self.judged += 1
         self.strangers |= glance.search.strangers
+        camera = glance.search.boards.camera
         for rectangle in found:
             ray = ray_of(rectangle, eye(glance.pose, camera), glance.pose)
             stander = legs_of(rectangle, glance.standers, camera, self._settings)
@@ -167,8 +168,8 @@ class PersonTrack:
             if not self._is_who(rectangle):
                 self.strangers = True
                 continue
-            ray = ray_of(rectangle, eye(answered.pose, camera), answered.pose)
-            stander = legs_of(rectangle, answered.standers, camera, self._settings)
+            ray = ray_of(rectangle, eye(answered.pose, answered.camera), answered.pose)
+            stander = legs_of(rectangle, answered.standers, answered.camera, self._settings)
             self._first(call, answered.stamp, answered.pose, ray, rectangle, stander)
             self._identity.learn(rectangle.looks, answered.stamp)
             return
@@ -277,7 +278,7 @@ class PersonTrack:
         if answered is None:
             return None, []
         own, others = self._own_among(
-            [_seen_from(here, one, eye(answered.pose, camera)) for one in answered.found], here
+            [_seen_from(here, one, eye(answered.pose, answered.camera)) for one in answered.found], here
         )
         if own is not None:
             own = self._moved_on(own, stamp - answered.stamp, here)
@@ -370,7 +371,7 @@ class PersonTrack:
         x, y = self._state[:2].tolist()
         bearing = here.bearing_to(x, y)
         self.only_legs = only_legs_show(camera, bearing, here.distance_to(x, y))
-        if self.only_legs or abs(bearing - axis(camera)) > ASIDE_RAD:
+        if self.only_legs or off_axis(bearing, camera) > ASIDE_RAD:
             self._excused = self._stamp
 
     def _predict(self, stamp: float) -> None:
@@ -393,19 +394,17 @@ class PersonTrack:
     ) -> tuple[Rectangle | None, list[Rectangle]]:
         """The person in the picture, and others who stand near there."""
         here = eye(pose, boards.camera)
-        ahead = axis(boards.camera)
         x, y = self._state[:2].tolist()
-        if here.distance_to(x, y) < IN_VIEW or abs(here.bearing_to(x, y) - ahead) > ASIDE_RAD:
+        if here.distance_to(x, y) < IN_VIEW or off_axis(here.bearing_to(x, y), boards.camera) > ASIDE_RAD:
             self._excused = self._stamp
         places = [self._state[:2], *(one.place for one in self._candidates(self._stamp))]
         found: list[Rectangle] = []
         for x, y in np.array(places).tolist():
             bearing, distance = here.bearing_to(x, y), here.distance_to(x, y)
-            if distance < 0.3 or abs(bearing - ahead) > 0.7:
+            if distance < 0.3 or off_axis(bearing, boards.camera) > 0.7:
                 continue
-            near = [
-                far for far, angle in (from_eye(one, boards.camera) for one in standers) if abs(angle - bearing) < 0.5
-            ]
+            seen = [from_eye(one, boards.camera) for one in standers]
+            near = [far for far, angle in seen if abs(math.remainder(angle - bearing, math.tau)) < 0.5]
             hinted = [far for far in near if abs(far - distance) < 0.35 + 0.2 * distance]
             half = min(0.5, 0.12 + 0.35 / distance)
             planes = sorted(around([distance, *hinted]), key=lambda far: abs(far - distance))[:MAX_PLANES]

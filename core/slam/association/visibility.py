@@ -28,8 +28,10 @@ class VisibilityCheck:
         scan = self._scan
         seen = self._mounting.inverse().apply(places)
         reach = np.hypot(seen[:, 0], seen[:, 1])
-        bearing = np.arctan2(seen[:, 1], seen[:, 0])
-        beam = np.round((bearing - scan.angle_min) / scan.angle_step).astype(int)[:, None] + WINDOW
+        turned = (np.arctan2(seen[:, 1], seen[:, 0]) - scan.angle_min) * np.sign(
+            scan.angle_step
+        )  # from the first beam
+        beam = np.round(turned % (2 * np.pi) / abs(scan.angle_step)).astype(int)[:, None] + WINDOW
         inside = ((beam >= 0) & (beam < len(self._ranges))).all(axis=1) & (reach < scan.range_max)
         if self._camera is not None:
             inside &= between_picture_edges(places, self._camera)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -17,7 +18,7 @@ from core.geometry import Pose
 from core.sensors import SensorFrame
 from core.sensors.laser import Scan
 
-SCAN = Scan(stamp=0.0, ranges=np.ones(4), angle_min=0.0, angle_step=0.1)
+SCAN = Scan(stamp=0.0, laser="front", ranges=np.ones(4), angle_min=0.0, angle_step=0.1)
 
 
 class Desk:
@@ -30,6 +31,7 @@ class Desk:
 
     async def act(self, job: Job[SessionAnswer], **_: Any) -> SessionAnswer:
         self.asked.append(type(job))
+        assert not isinstance(job, SweepScan) or job.scan is SCAN
         if isinstance(job, ForgetRoom):
             self.room_known = False
         else:
@@ -42,9 +44,10 @@ async def asked(
 ) -> tuple[list[type[Job[SessionAnswer]]], Pose | None]:
     """What one scan leads to, taken where the wheels say `here`."""
     worker = Desk(stood, room_known)
-    live = LiveCapture(cast(CalibrationSession, worker))
+    live = LiveCapture(cast(CalibrationSession, worker), "front")
     wheels = None if here is None else SimpleNamespace(odometry=here)
-    live.saw(cast(SensorFrame, SimpleNamespace(image=None, scan=SCAN, wheels=wheels)))
+    for scan in (SCAN, replace(SCAN, laser="rear")):
+        live.saw(cast(SensorFrame, SimpleNamespace(image=None, scan=scan, wheels=wheels)))
     await worker.swept.wait()
     live.end()
     await live.task

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
-from core.geometry import Pose
+from core.geometry import Pose, Transform
 from core.message import Array
 from core.perception.people.brightness import levelled
+from core.perception.people.camera_geometry import eye, off_axis
 from core.perception.people.detector import Rectangle, edge_cells, find_people
 from core.perception.people.enrollment import contour_of, learn, person_image
 from core.perception.people.fusion import Ray, along, fuse
@@ -19,7 +20,7 @@ from core.perception.people.legs import find_standers
 from core.perception.people.parts import PARTS, PeopleSettings
 from core.perception.people.search import Search
 from core.perception.people.vertical_plane import VerticalPlanes
-from core.sensors import Laser
+from core.sensors import Camera, Laser
 from core.simulation.camera import SimulatedCamera
 from core.simulation.laser import SimulatedLaser
 from core.simulation.world import LAB, Rect, Thing, World, outline
@@ -219,3 +220,10 @@ def test_fusing_is_surer_than_each_sense_and_leaves_out_what_contradicts() -> No
     place, spread = along(camera, 2.2, 0.3)
     assert math.atan2(place[1], place[0]) == pytest.approx(camera.azimuth)
     assert np.sqrt(np.linalg.eigvalsh(spread)) == pytest.approx([2.2 * 0.015, 0.3])
+
+
+@pytest.mark.parametrize("y", [0.3, -0.3])
+def test_a_camera_that_looks_back_has_the_people_on_both_sides_of_its_axis_near_it(y: float) -> None:
+    back = Transform.of_pose(Pose(0.0, 0.0, np.pi)) @ Camera().mounting
+    camera = Camera(mounting=back)
+    assert off_axis(eye(Pose(), camera).bearing_to(-3.0, y), camera) == pytest.approx(0.1, abs=0.01)

@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 
 from core.gate import Twist
+from core.geometry import Pose
+from core.perception.people.camera_geometry import axis
 from core.pilot import Pilot, landmark_perception
 from core.pilot.landmark_perception import LandmarkPerception
 from core.sensors import Image, SensorFrame
 from core.settings import Settings
 from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
-from core.slam.motion import Motion
+from core.slam.motion import Increment, Motion
 
 
 def dark_robot(light: float) -> SimulatedRobot:
@@ -137,3 +139,16 @@ def test_pictures_of_a_standing_robot_are_looked_at_every_other_second_and_soon_
     pixels = image.pixels.copy()
     pixels[60:200, 100:130] = 200 - pixels[60:200, 100:130] // 2
     assert look(replace(frames[-1], image=Image(stamp=looked[-1] + 0.5, pixels=pixels)))
+
+
+def test_the_camera_of_a_late_picture_looks_where_it_looked_when_it_was_taken() -> None:
+    robot = dark_robot(1.0)
+    eyes, camera = LandmarkPerception(robot.profile, Settings()), robot.profile.camera
+    assert camera is not None
+    for number in range(20):  # 0.8 rad/s
+        turned = Increment(Pose(0.0, 0.0, 0.04))
+        eyes.look(SensorFrame(stamp=0.05 * number), Motion(increment=turned))
+    late = eyes.camera_of(Image(stamp=0.85, pixels=np.zeros((4, 4, 3), np.uint8)), 0.95)
+    assert late is not None and axis(late) - axis(camera) == pytest.approx(-0.08)
+    assert eyes.camera_of(Image(stamp=0.95, pixels=np.zeros((4, 4, 3), np.uint8)), 0.95) == camera
+    assert eyes.camera_of(None, 0.95) == camera

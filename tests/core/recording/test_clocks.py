@@ -93,3 +93,12 @@ def test_stamps_without_a_value_keep_the_order_of_the_file():
     report = ReadReport(Path("x"))
     assert (np.diff(evenly_spread(np.zeros(50), report, "/scan")) > 0).all() and codes(report) == ["clock.none"]
     assert (evenly_spread(TIMES, report, "/scan") == TIMES).all()
+
+
+def test_a_topic_that_pauses_while_others_go_on_is_no_set_clock():
+    clock, times = RecorderClock(), 1e9 + np.arange(0.0, 900.0, 1.0)
+    for number, time in enumerate(times):
+        if number < 10 or number > 800:
+            assert clock.corrected("/scan", time) == time
+        assert clock.corrected("/odom", time) == time
+    assert clock.jumps_s == []

@@ -125,10 +125,12 @@ def test_a_file_that_moves_keeps_its_calibrations(tmp_path: Path) -> None:
     file = RobotFile(
         cameras={"camera": CameraTable(calibration="camera.yaml")},
         microphones={"a": MicrophonesTable(profile="array.toml"), "b": MicrophonesTable(profile="respeaker")},
+        robot={"array": "array.toml", "ca": "missing.pem", "cmd_vel": "array.toml"},
     )
     moved = absolute(file, tmp_path)
     assert moved.cameras["camera"].calibration == str(tmp_path / "camera.yaml")
     assert [one.profile for one in moved.microphones.values()] == [str(tmp_path / "array.toml"), "respeaker"]
+    assert moved.robot == {"array": str(tmp_path / "array.toml"), "ca": "missing.pem", "cmd_vel": "array.toml"}
 
 
 def numbers(profile: Profile) -> list[float]:

@@ -19,7 +19,7 @@ from core.gate import ZERO, Twist
 from core.install import install_extra
 from core.robots.connection import ReadConnection
 from core.robots.ros.typestore import TWIST_STAMPED
-from core.robots.rosbridge import RosbridgeRobot, open_device
+from core.robots.rosbridge import RosbridgeRobot, as_fields, open_device
 from core.sensors import Scan
 from tests.core.robots.links import frames, is_up, live, memory, until
 from tests.emulators.rosbridge import RosbridgeEmulator
@@ -226,3 +226,8 @@ def test_intensities_in_the_place_of_ranges_never_become_a_scan(emulator: Rosbri
             lambda: "scan.whole_numbers" in {one.code for one in robot.ask(ReadConnection()).parts[0].findings.faults}
         )
         assert all(frame.scan is None for frame in frames(robot, 0.3))
+
+
+def test_only_data_of_bytes_come_in_base_64() -> None:
+    assert as_fields({"data": "robot"}, is_text=True).data == "robot"
+    assert as_fields({"data": "AQI="}).data == b"\x01\x02"

@@ -63,3 +63,19 @@ def test_where_a_picture_is_asked_for_nothing_outside_of_it_can_be_missing() -> 
         assert plain.tolist() == expected
     far = Scan(stamp=0.0, ranges=at(3.5), angle_min=LASER.angle_min, angle_step=LASER.angle_step)
     assert VisibilityCheck(far, LASER.mounting, camera).judge(places, np.zeros(2))[1].tolist() == [True, False]
+
+
+def test_a_scan_that_begins_ahead_or_goes_clockwise_tells_the_same_as_one_that_begins_behind() -> None:
+    beams, step = 360, np.radians(1.0)
+    behind = np.random.default_rng(5).uniform(0.5, 4.0, beams).round(0)
+    ahead = np.roll(behind, beams // 2)
+    scans = (
+        Scan(stamp=0.0, ranges=behind, angle_min=-np.pi, angle_step=step),
+        Scan(stamp=0.0, ranges=ahead, angle_min=0.0, angle_step=step),
+        Scan(stamp=0.0, ranges=ahead[::-1], angle_min=(beams - 1) * step, angle_step=-step),
+    )
+    bearings = np.radians([*range(-170, -9, 2), *range(10, 171, 2)])
+    places = 1.0 * np.column_stack((np.cos(bearings), np.sin(bearings)))
+    first, *others = (np.array(VisibilityCheck(one, Pose()).judge(places, np.zeros(len(places)))) for one in scans)
+    assert first[0, bearings < 0].any() and first[1, bearings < 0].any()
+    assert all(np.array_equal(one, first) for one in others)
