@@ -78,7 +78,7 @@ def test_a_robot_in_a_zone_may_leave_it_and_enter_no_other() -> None:
 
 
 def test_a_zone_that_is_driven_along_hides_none_ahead() -> None:
-    beside, ahead = box(0.0, 0.55, 1.2, 1.0), box(1.5, 0.0, 2.0, 1.0)
+    beside, ahead = box(0.0, 0.55, 3.0, 1.0), box(1.5, 0.0, 2.0, 0.52)
     for zones in ((beside, ahead), (ahead, beside)):
         assert KeepOuts(zones).ahead(Pose(1.39, 0.5), Twist(0.3, 0.0), RADIUS) is ahead
         assert KeepOuts(zones).ahead(Pose(0.9, 0.5), Twist(0.3, 0.0), RADIUS) is None
