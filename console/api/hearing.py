@@ -4,6 +4,7 @@ import msgspec
 
 from console.access.roles import needs
 from console.api import Behind, RequestBody, Who, router
+from console.calibration.microphones import MicrophoneCalibration
 from console.http.problems import Problem
 from console.speech.room_transcription import RoomTranscriber, RoomUtterance
 from console.speech.voice_commands import VoiceCommands
@@ -62,6 +63,7 @@ async def listen(asked: ListeningRequest, behind: Behind, who: Who) -> Listening
         behind.parts[VoiceCommands].take_on(who)
     elif asked.obey is False or not asked.listen:
         behind.parts[VoiceCommands].release()
+    behind.parts[MicrophoneCalibration].listening = asked.listen
     answer = await behind.ask(SetListening(on=asked.listen))
     behind.history.add("listen", who, words="on" if asked.listen else "off")
     return Listening(listening=answer.on, obeying=behind.parts[VoiceCommands].operator is not None)

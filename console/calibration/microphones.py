@@ -56,8 +56,8 @@ class MicrophoneRecorder:
             self._sound = joined(self._sound, sound, self._seconds)
             self._news.set()
 
-    async def record(self, seconds: float, listening: bool, say_from: float | None = None) -> Sound:
-        """So many seconds [s] without a gap. `listening`: it listens already, and goes on listening afterwards.
+    async def record(self, seconds: float, listening: Callable[[], bool], say_from: float | None = None) -> Sound:
+        """So many seconds [s] without a gap. `listening`: whether it is to listen afterwards.
 
         `say_from`: the azimuth [rad] from the simulated robot from which someone speaks meanwhile. Raises Refused
         while another recording is made, and Unavailable when no sound comes.
@@ -78,7 +78,7 @@ class MicrophoneRecorder:
             raise Unavailable("No sound comes from the robot's microphones; are they connected?") from None
         finally:
             self._seconds = 0.0
-            if not listening:
+            if not listening():
                 await self._ask(SetListening(on=False))
 
     async def _say(self, azimuth: float) -> None:
@@ -251,7 +251,7 @@ class MicrophoneCalibration(Part):
         self._robot, self._changed = robot, changed
         self._recorder = MicrophoneRecorder(self._ask)
         self._worker = Worker("array")
-        self._listening = False
+        self.listening = False  # as a person wants it, whatever is measured
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> None:
@@ -269,7 +269,7 @@ class MicrophoneCalibration(Part):
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         self.moves = abs(snapshot.velocity.v) > MOVING_SPEED or abs(snapshot.velocity.w) > MOVING_SPEED
         if not self.busy:
-            self._listening = snapshot.hearing is not None and snapshot.hearing.listening
+            self.listening = snapshot.hearing is not None and snapshot.hearing.listening
         self._recorder.took(frame.sound)
 
     def calibrated(self, profile: Profile) -> Profile:
@@ -419,7 +419,7 @@ class MicrophoneCalibration(Part):
     async def _recorded(self, seconds: float, say_from: float | None) -> tuple[Sound, MicrophoneArray]:
         array = self._array
         assert array is not None
-        return await self._recorder.record(seconds, self._listening, say_from), array
+        return await self._recorder.record(seconds, lambda: self.listening, say_from), array
 
     async def _asked(self, job: Job[Answer]) -> Answer:
         """Raises what the worker raises, and Unavailable when it breaks."""

@@ -7,14 +7,16 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from console.calibration.microphones import MicrophoneCalibration, MicrophoneRecorder
 from console.http.problems import Problem
 from core.errors import Refused
 from core.perception.sound.array_orientation import Clap
+from core.sensors.microphones import Sound
 from tests.console.in_process import InProcessRobot
-from tests.console.live import Live
+from tests.console.live import Live, until
 
 
 def ask(live: Live, path: str, body: Any = None) -> Any:
@@ -88,6 +90,29 @@ def test_what_was_accepted_is_used_and_stays(tmp_path: Path) -> None:
     assert again.active is None
 
 
+def test_who_lets_the_robot_listen_while_it_is_measured_is_heard_afterwards(live: Live) -> None:
+    microphones = live.runtime.parts[MicrophoneCalibration]
+    asked: list[Any] = []
+
+    async def answer(request: Any) -> Any:
+        asked.append(request)
+
+    async def measured() -> None:
+        recorder = MicrophoneRecorder(answer)
+        recording = asyncio.create_task(recorder.record(0.1, lambda: microphones.listening))
+        await until(lambda: asked)
+        assert (await asyncio.to_thread(ask, live, "hearing", {"listen": True})).status == 200
+        recorder.took(Sound(stamp=0.0, rate=16_000, samples=np.zeros((1600, 1), np.float32)))
+        await recording
+
+    live.on_loop(lambda: vars(microphones).update(busy=True, listening=False))
+    try:
+        asyncio.run(measured())
+    finally:
+        microphones.busy = False
+    assert [request.on for request in asked] == [True]
+
+
 def test_microphones_from_which_nothing_comes_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("console.calibration.microphones.RECORDING_TIMEOUT_S", 0.0)
 
@@ -95,4 +120,4 @@ def test_microphones_from_which_nothing_comes_are_told(monkeypatch: pytest.Monke
         return {}
 
     with pytest.raises(Exception, match="No sound comes"):
-        asyncio.run(MicrophoneRecorder(silent).record(0.05, True))
+        asyncio.run(MicrophoneRecorder(silent).record(0.05, lambda: True))
