@@ -35,3 +35,47 @@ test("a step that fails ends the tour", async () => {
   );
   assert.equal(await tour.run(), false);
 });
+
+test("a tour that ends while its person is chosen leaves the robot's choice as it was", async (of) => {
+  const element = () => ({ nodeType: 1, append() {}, setAttribute() {}, addEventListener() {} });
+  /** @type {Record<string, (event?: any) => any>} */
+  const listeners = {};
+  /** @type {any} */
+  let TourGuide = null;
+  Object.assign(globalThis, {
+    HTMLElement: class {
+      append() {}
+    },
+    customElements: { define: (/** @type {string} */ _, /** @type {any} */ made) => (TourGuide = made) },
+    document: { createElement: element, createTextNode: element, querySelector: () => null, baseURI: "http://robot/" },
+    addEventListener: (/** @type {string} */ what, /** @type {any} */ then) => (listeners[what] = then),
+    dispatchEvent: () => true,
+  });
+  await import("../../static/js/panels/tour-guide.js");
+  /** @type {(string | null)[]} */
+  const chosen = [];
+  of.mock.method(globalThis, "fetch", async (/** @type {URL} */ url, /** @type {any} */ { body }) => {
+    if (String(url).endsWith("chosen")) {
+      chosen.push(JSON.parse(body).id);
+      listeners.stopped?.();
+    }
+    return Response.json({ people: [{ id: "ann-1", name: "Ann" }], chosen: "bob-1", enrollment: null });
+  });
+  const guide = new TourGuide();
+  const restored = new Promise((resolve) => {
+    guide.join({
+      on: (/** @type {string} */ what, /** @type {any} */ then) => (listeners[what] = then),
+      attempt: async (/** @type {() => Promise<unknown>} */ act) => {
+        await act();
+        if (chosen.length === 2) resolve(null);
+        return true;
+      },
+      announce() {},
+      state: null,
+      history: [],
+    });
+  });
+  listeners["show-tour"]?.();
+  await restored;
+  assert.deepEqual(chosen, ["ann-1", "bob-1"]);
+});
