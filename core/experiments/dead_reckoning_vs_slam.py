@@ -18,7 +18,15 @@ import numpy as np
 
 from core.errors import BadInput
 from core.experiments.drawing import SOFT, TEXT, render
-from core.experiments.drives import DrawnDrives, DriveSetup, DriveSurroundings, LabDrives, drawn_drives, lab_drives
+from core.experiments.drives import (
+    PATH_LENGTH_M,
+    DrawnDrives,
+    DriveSetup,
+    DriveSurroundings,
+    LabDrives,
+    drawn_drives,
+    lab_drives,
+)
 from core.experiments.paper_course import Field, Trace, frozen
 from core.experiments.plan import About, ChapterValue, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, FileContents, as_csv, stored
@@ -33,6 +41,7 @@ if TYPE_CHECKING:
 Through = Literal["drawn", "sensors"]
 Drives = DrawnDrives | LabDrives  # by their number; the same number is always the same drive
 MOST_RUNS = 100_000  # of a seed: beyond, the next seed begins
+WHOLE_PATH_SHARE = 0.99  # of the path, below which a drive broke off
 MAX_DRAWN_RUNS = 40  # runs drawn faintly behind the worst
 PRINTED = {"dead_reckoning": (0.2, 0.06), "ekf_slam": (0.08, 0.025)}
 """The paper's worst average error [m], and what it is of the path ("more than")."""
@@ -105,6 +114,7 @@ class DriveComparison(ExperimentResult):
     runs: int
     setup: DriveSetup
     estimators: dict[str, EstimatorFigures]
+    short_drives: NotRequired[int]  # that broke off before their end, where there are any
 
 
 def outcome(drives: Drives, number: int) -> DriveOutcome:
@@ -165,6 +175,10 @@ def _compared(drives: Drives, seed: int, out: Path | None, done: list[DriveOutco
         "text": "\n".join(layout(rows, len(done))),
         "files": {},
     }
+    short = sum(min(one.path_m.values()) < WHOLE_PATH_SHARE * PATH_LENGTH_M for one in done)
+    if short:
+        result["short_drives"] = short
+        result["text"] += f"\nOf the drives {short} ended before {PATH_LENGTH_M:g} m; they count as they are."
     table = {"csv": ("dead_reckoning_vs_slam.csv", as_csv(_table(done)))}
     return stored(result, out, "dead_reckoning_vs_slam", table, lambda: _figure(result, done, drives))
 

@@ -63,13 +63,13 @@ ABOUT = About(
     base_s=1.4,
     run_s=2.3,
 )
-NOISE_RATIOS_DB = (30.0, 20.0, 10.0, 5.0, 0.0)  # voice over noise at the robot, 1 m away
-DISTANCES_M = (0.5, 1.0, 2.0, 3.0, 4.0)  # [m], with the quietest noise
+NOISE_RATIOS_DB = (30.0, 20.0, 10.0, 5.0, 0.0)  # voice over noise at the robot, 1 m away on the floor
+DISTANCES_M = (0.5, 1.0, 2.0, 3.0, 4.0)  # [m] on the floor: a mouth is higher than the ear; with the quietest noise
 ROOM = ShoeboxRoom((7.0, 5.5, 2.7), 0.3)
 EAR = np.array([1.2, 1.4, 0.3])  # [m] in the room
 PERSON_NOISE = 1e-3  # of the voice's power: a headset
 VOICE_RMS = 0.05  # RMS of the voice
-SHOWN_ROOM = {"room": "7 x 5.5 x 2.7 m, RT60 0.3 s", "distance": "2 m", "noise": "30 dB"}  # of the page
+SHOWN_ROOM = {"room": "7 x 5.5 x 2.7 m, RT60 0.3 s", "distance": "2 m on the floor", "noise": "30 dB"}  # of the page
 NOTHING_SPEAKS = f"Nothing here speaks, so that only recordings are compared: {install_extra('voice')}"
 
 
@@ -79,7 +79,7 @@ class Setting:
 
     sweep: str  # "noise" | "distance"
     ratio: float  # [dB]
-    distance: float  # [m]
+    distance: float  # [m] on the floor
 
 
 FIGURE_17_PLACE = Setting(sweep="distance", ratio=NOISE_RATIOS_DB[0], distance=2.0)
@@ -189,7 +189,7 @@ class PlaceFigures(TypedDict):
 
     sweep: str
     snr_db: float
-    distance_m: float
+    distance_m: float  # on the floor
     stoi: float | None
     estoi: float | None
     si_sdr_db: float | None

@@ -1,14 +1,18 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import cv2
+import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from core.experiments import EXPERIMENTS
+from core.calibration.projection import PARAMETERS
+from core.experiments import EXPERIMENTS, camera_table
 from core.experiments.camera_table import PRINTED_SDS_3
 from core.install import install_extra
 from core.optics import TABLE_3
@@ -49,3 +53,12 @@ def test_forty_calibrations_stay_within_the_papers_column() -> None:
     assert told["f_u_within_printed_share"] >= 0.95
     names = list(told["mean_three_sds"].values())
     assert all(mean <= printed for mean, printed in zip(names, PRINTED_SDS_3, strict=True))
+
+
+def test_a_calibration_that_frees_k3_is_judged_by_it_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = SimpleNamespace(
+        model=replace(TABLE_3, k3=TABLE_3.k3 + 0.01), sds=dict.fromkeys(PARAMETERS, 1.0), free=PARAMETERS
+    )
+    found.covariance = np.eye(len(PARAMETERS))
+    monkeypatch.setattr(camera_table, "_calibrated", lambda *_: (found, SimpleNamespace(shown=20)))
+    assert camera_table.plan(runs=1).batches[0].work(0)["nees"] == pytest.approx(1e-4)

@@ -174,3 +174,12 @@ def test_through_its_sensors_the_robot_errs_by_centimetres(monkeypatch: pytest.M
 def test_through_its_sensors_no_run_of_forty_errs_by_five_centimetres() -> None:
     slam = run(runs=40, through="sensors")["estimators"]["ekf_slam"]
     assert slam["worst_average_error_m"] <= 0.05
+
+
+def test_drives_that_broke_off_are_counted_and_told() -> None:
+    planned: Any = EXPERIMENTS["dead-reckoning-vs-slam"].plan(runs=2)
+    whole = planned.batches[0].work(0)
+    short = replace(whole, path_m=dict.fromkeys(whole.path_m, 1.0))
+    assert "short_drives" not in planned.finish([whole, whole], None)
+    told = planned.finish([whole, short], None)
+    assert told["short_drives"] == 1 and "1 ended before 3.2 m" in told["text"]

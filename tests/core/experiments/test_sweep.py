@@ -5,13 +5,16 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from core.errors import BadSettings
 from core.experiments import EXPERIMENTS
+from core.experiments import sweep as sweep_module
 from core.experiments.campaign import Campaign
+from core.experiments.plan import ExperimentPlan
 from core.experiments.result import SPEED
 from core.experiments.sweep import grid, sweep
 from core.settings import Settings, changed
@@ -72,3 +75,21 @@ def test_every_point_is_the_experiment_with_its_settings(tmp_path: Path) -> None
 def test_every_figure_that_a_sweep_shows_is_a_key_of_an_experiment_that_takes_settings() -> None:
     able = {name for name, one in EXPERIMENTS.items() if "settings" in one.options}
     assert able == {name for name, one in EXPERIMENTS.items() if one.about.swept}
+
+
+def test_points_whose_names_differ_only_at_their_end_have_folders_of_their_own(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    folders = list[Path]()
+
+    def finish(out: Path) -> dict[str, Any]:
+        folders.append(out)
+        return {"files": {}}
+
+    about = SimpleNamespace(swept=())
+    one = SimpleNamespace(options=("settings",), plan=lambda **_: ExperimentPlan((), finish), about=about)
+    monkeypatch.setitem(EXPERIMENTS, "it", one)
+    monkeypatch.setattr(sweep_module, "changed", lambda base, _: base)
+    long = [f"section.setting_with_a_long_name_{number}={number}" for number in range(7)]
+    sweep("it", [*long, "ekf.gate=3,5,9"], {"seed": 0}).finish([], tmp_path)
+    assert len(set(folders)) == len(folders) == 3 and all(len(one.name) <= 200 for one in folders)

@@ -45,6 +45,11 @@ LINKS: dict[str, tuple[Callable[[World], Any], Settled, Callable[[str], Device]]
         open_foxglove,
     ),
     "rosbridge": (RosbridgeEmulator, set_parameter("/base_controller:cmd_vel_timeout"), open_rosbridge),
+    "rosbridge JSON": (
+        RosbridgeEmulator,
+        set_parameter("/base_controller:cmd_vel_timeout"),
+        lambda rest: open_rosbridge(f"{rest}?encoding=json"),
+    ),
     "rosbridge ROS 1": (
         functools.partial(RosbridgeEmulator, ros1=True),
         set_parameter("/mobile/cmd_vel_timeout"),
