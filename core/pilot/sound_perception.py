@@ -74,7 +74,7 @@ class SoundPerception:
         if sound is not None and len(sound.samples):
             self._measure(sound)
             try:
-                heard = self._listener.feed(sound)
+                heard = self._listener.feed(sound, moving=increment is not None and not increment.still)
                 self.trouble = ""
             except BadInput as trouble:
                 self.trouble = str(trouble)

@@ -33,6 +33,7 @@ LEAD_S = 0.3  # before an utterance that are looked at with it
 GUARD_S = 0.15  # before now that are not yet taken for noise: an utterance may be beginning
 MAX_GAP_S = 0.02  # missing between two pieces of sound, beyond which listening starts again
 MOST_TALKERS = 2
+MOTORS_MEMORIES = 6  # of the noise, after which the robot's own motors are forgotten
 BEFORE_S, AFTER_S = 0.6, 0.1  # before words that show the noise, and after them that are still theirs
 MIN_TALKED_STRENGTH, TALKED_SHARE = 0.5, 0.25  # of who talked before words, and what of it is left in them, at least
 WIDEST_TALKER = 0.6  # [rad] from a talker, within which a direction is theirs at most
@@ -74,6 +75,7 @@ class DoaStream:
         self._noise: Noise | None = None
         self._learnt = now
         self._reported = now
+        self._moved = -math.inf  # [s] when the robot last moved
         self._activity = VoiceActivityDetector(self.settings)
         self._rate = 0
 
@@ -82,13 +84,18 @@ class DoaStream:
         """True while an utterance is under way."""
         return self._activity.begin is not None
 
-    def feed(self, sound: Sound) -> tuple[HeardDirections, ...]:
-        """The next piece of sound → what became known with it. A gap in time resets the state. Raises BadInput."""
+    def feed(self, sound: Sound, *, moving: bool = False) -> tuple[HeardDirections, ...]:
+        """The next piece of sound → what became known with it. A gap in time resets the state. Raises BadInput.
+
+        `moving`: the robot moved while it sounded, so that its motors are in the noise.
+        """
         samples = self.array.heard(sound)
         expected = self._start + len(self._pending) / (self._rate or sound.rate)
         if sound.rate != self._rate or abs(sound.stamp - expected) > MAX_GAP_S:
             self._forget(sound.stamp)
             self._rate = sound.rate
+        if moving:
+            self._moved = sound.stamp + sound.duration
         self._pending = np.concatenate((self._pending, samples))
         if self.settings.form == "paper":
             self._latest = np.concatenate((self._latest, samples))[-round(SPECTRA_MEMORY_S * sound.rate) :]
@@ -118,7 +125,7 @@ class DoaStream:
         quiet = (seen.times >= begin - BEFORE_S) & (seen.times + seen.size / (2 * seen.rate) <= begin)
         if not quiet.any():
             return ()
-        noise = noise_of(seen, quiet, self.settings)
+        noise = self._with_motors(noise_of(seen, quiet, self.settings), end)
         fresh = cell_weights(over_noise(seen, noise), seen, self.settings)
         talked = self._heard_before(seen, quiet)
         middle = (begin + end) / 2
@@ -182,10 +189,13 @@ class DoaStream:
         share = 1 - (1 - weight) ** int(settled.sum())
         mean = values @ values.conj().swapaxes(1, 2) / settled.sum()
         self._cross = (1 - share) * self._cross + share * mean
-        self._noise, self._learnt = noise_from(self._cross, self.settings), now
+        self._noise, self._learnt = self._with_motors(noise_from(self._cross, self.settings), now), now
 
     def _learn(self, noise: Noise, now: float) -> None:
-        self._noise, self._cross, self._learnt = noise, noise.cross, now
+        self._noise, self._cross, self._learnt = self._with_motors(noise, now), noise.cross, now
+
+    def _with_motors(self, noise: Noise, now: float) -> Noise:
+        return replace(noise, has_motors=now - self._moved < MOTORS_MEMORIES * self.settings.noise_memory)
 
     def _report(self, begin: float, since: float, end: float | None) -> HeardDirections:
         """Look at the sound from `since` [s] on."""

@@ -34,6 +34,7 @@ class Noise:
 
     cross: Array  # (K, M, M) mean cross spectra, x · xᴴ
     whitener: Array  # (K, M, M): after it, noise has power one and no direction
+    has_motors: bool = False  # the robot's own are in it, so it tells nothing about the microphones
 
 
 def frame_size(rate: int, settings: DirectionFindingSettings) -> int:

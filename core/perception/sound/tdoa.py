@@ -69,8 +69,8 @@ def fit_plane_wave(
         expected_sd=math.hypot(array.position_sd, LAG_SD, ECHO_SD * (1 - strength), math.sqrt(uncertain)),
         expected_noise_sd=noise_sd_of(places),
         shared=np.maximum(shared, shared.T).max(1),
-        noise_times=_noise_times(noise, correlation, array),
-        sharing=_sharing(noise, correlation, array),
+        noise_times=None if noise.has_motors else _noise_times(noise, correlation, array),
+        sharing=() if noise.has_motors else _sharing(noise, correlation, array),
     )
 
 
@@ -97,8 +97,8 @@ def _sharing(noise: Noise, correlation: Correlation, array: MicrophoneArray) -> 
     """Two microphones that share noise which others do not; () where all share as much, or little.
 
     Above the first zero of sin(x)/x between the closest two, noise from everywhere has little in common at any two,
-    and that of a fan much at all. A channel that holds the sound of another (cross-talk, a sum), or sits closer to it
-    than the profile says, has much with that one alone.
+    that of a fan much at all, that of two fans much at most. A channel that holds the sound of another (cross-talk, a
+    sum), or sits closer to it than the profile says, has much with that one alone.
     """
     short = correlation.omega * np.linalg.norm(array.baselines, axis=1).min() > math.pi * array.speed
     if np.count_nonzero(short) < FEWEST_BINS:
@@ -107,8 +107,9 @@ def _sharing(noise: Noise, correlation: Correlation, array: MicrophoneArray) -> 
     cross = noise.cross[short]
     power = np.real(np.diagonal(cross, axis1=1, axis2=2))
     common = np.mean(np.abs(cross[:, first, second]) ** 2 / (power[:, first] * power[:, second] + 1e-300), axis=0)
-    most = int(np.argmax(common))
-    return tuple(array.pairs[most].tolist()) if common[most] - common.min() > SHARED_NOISE else ()
+    most, beyond = int(np.argmax(common)), common - common.min()
+    alone = beyond[most] > SHARED_NOISE and np.median(beyond) < SHARED_NOISE / 2
+    return tuple(array.pairs[most].tolist()) if alone else ()
 
 
 def _times_of(array: MicrophoneArray, lags: Array) -> Array:
