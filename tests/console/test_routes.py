@@ -197,7 +197,7 @@ def test_another_command_pauses_a_route_and_it_stays_so_when_that_is_done(live: 
 
 
 def test_a_newer_command_that_is_refused_leaves_the_route_driving_and_its_stop_stops(live: Live) -> None:
-    call(live, "POST", "/api/places", {"name": "window", "x_m": 1.0, "y_m": 0.0}, status=201)
+    call(live, "POST", "/api/places", {"name": "window", "x_m": 3.0, "y_m": 0.0}, status=201)
     call(live, "POST", "/api/routes", {"name": "afar", "stops": [{"place": "window"}]}, status=201)
     service, history = live.runtime.parts[RouteService], live.runtime.history
     start(live, "afar")
@@ -290,8 +290,10 @@ def test_a_slow_disk_holds_no_route_and_gets_the_newest(live: Live, monkeypatch:
 
     live.until(lambda: service._writing is None)
     monkeypatch.setattr("console.maps.routes.write_atomic", slowly)
-    start(live, "round")
-    live.until(lambda: live.robot.status().v > 0.0)
+    rows = live.robot.writer.rows
+    first = len(rows)
+    start(live, "patrol")
+    live.until(lambda: any(row.v > 0.0 for row in rows[first:]))
     call(live, "POST", "/api/route/pause", {})
     call(live, "POST", "/api/route/stop", {})
     assert not written
@@ -311,10 +313,8 @@ def test_a_picture_at_a_stop_is_of_that_stop_or_none_is_kept(live: Live) -> None
         assert service._picture is not None
         image, pose = service._picture
         service._picture = replace(image, stamp=service._stamp - age), pose
-        task = asyncio.create_task(service._take_picture(run, run.here))
-        await asyncio.sleep(0)
-        run.stop = 1
-        await task
+        asyncio.get_running_loop().call_soon(setattr, run, "stop", 1)
+        await service._take_picture(run, run.here)
 
     service.when_noted.append(lambda words, remark: noted.append((words, remark)))
     for age in (0.0, 60.0):
