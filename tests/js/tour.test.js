@@ -36,7 +36,9 @@ test("a step that fails ends the tour", async () => {
   assert.equal(await tour.run(), false);
 });
 
-test("a tour that ends while its person is chosen leaves the robot's choice as it was", async (of) => {
+test("a tour that ends while its person is chosen leaves the robot's choice as it was", {
+  timeout: 60_000,
+}, async (of) => {
   const element = () => ({ nodeType: 1, append() {}, setAttribute() {}, addEventListener() {} });
   /** @type {Record<string, (event?: any) => any>} */
   const listeners = {};

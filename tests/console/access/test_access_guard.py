@@ -70,7 +70,9 @@ PUBLIC_OF = {
         ("GET", "/api/health"),
         ("GET", "/metrics"),  # for programs on this machine; others are asked who they are
     },
-    "LiveFleet": {*(("GET", f"/robots/1/{path}") for path in ("", "static/main.js", *PAGE_PATHS))},
+    "LiveFleet": {
+        *(("GET", f"/robots/1/{path}") for path in ("", "static/main.js", "static/docs/{path:path}", *PAGE_PATHS))
+    },
 }
 
 
