@@ -63,7 +63,8 @@ MUCH_LATE_S = 0.15  # from which moves at one time by scans and by wheels tell n
 MAX_RIPE_S = 1.2  # of a turn by which it is judged
 TURN_SD_RAD, TURN_SD_SHARE = math.radians(0.15), 0.05  # of a turn by scans
 MAX_TURN_SQUARED = 25.0  # difference of one turn that counts
-LATE_SHARE, MAX_LATE_SQUARED, MIN_LATE_GAIN = 0.5, 3.0, 30.0  # left of the differences; per pair; what is explained
+LATE_SHARE, MAX_LATE_SQUARED, MIN_LATE_GAIN = 0.5, 3.0, 30.0  # left of differences and turns; per pair; explained
+MAX_LATE_SCALE = 0.4  # by which late wheels turn more or less than the scans, at most: without a turn they fit as -1
 
 
 Turn = tuple[float, float, Array]  # how long [s], by scans [rad], by wheels at each of LATES_S (L,) [rad]
@@ -467,11 +468,14 @@ def find_lateness(turns: deque[Turn]) -> tuple[float, bool]:
     lasted, seen, rolled = (np.array(column) for column in zip(*turns, strict=True))
     sds = TURN_SD_RAD + TURN_SD_SHARE * np.abs(seen)
     off, others = (rolled - seen[:, None]) / sds[:, None], np.column_stack([seen, lasted]) / sds[:, None]
-    off = off - others @ np.linalg.lstsq(others, off, rcond=None)[0]  # without a scale of turns, and a drift
-    costs = np.minimum(off**2, MAX_TURN_SQUARED).sum(axis=0)
-    best, none = int(costs.argmin()), float(costs[len(costs) // 2])
+    fitted = np.linalg.lstsq(others, off, rcond=None)[0]  # (2, L): scale of turns, drift
+    costs = np.minimum((off - others @ fitted) ** 2, MAX_TURN_SQUARED).sum(axis=0)
+    none, turned = float(costs[len(costs) // 2]), float(np.minimum((seen / sds) ** 2, MAX_TURN_SQUARED).sum())
+    costs = np.where(np.abs(fitted[0]) < MAX_LATE_SCALE, costs, np.maximum(costs, none))
+    best = int(costs.argmin())
     late, left = float(LATES_S[best]), float(costs[best])
-    explains = left < LATE_SHARE * none and left < MAX_LATE_SQUARED * len(turns) and none - left > MIN_LATE_GAIN
+    explains = left < LATE_SHARE * min(none, turned) and left < MAX_LATE_SQUARED * len(turns)
+    explains = explains and none - left > MIN_LATE_GAIN
     if not explains or abs(late) < MIN_LATE_S - 1e-9:
         return 0.0, bool(costs[np.abs(LATES_S) >= MUCH_LATE_S].min() > none + MIN_LATE_GAIN)
     before, _, after = costs[best - 1 : best + 2] if 0 < best < len(costs) - 1 else (left, left, left)

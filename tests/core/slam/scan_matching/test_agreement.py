@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -16,6 +17,7 @@ from core.simulation.laser import SimulatedLaser
 from core.simulation.world import world_named
 from core.slam.motion import MotionSettings
 from core.slam.odometry import Odometry
+from core.slam.scan_matching.agreement import LATES_S, find_lateness
 from core.slam.scan_matching.scan_odometry import ScanOdometrySettings
 from tests.core.slam.scan_matching.slipping_wheels import PERIOD_S, slipping_wheels
 
@@ -231,3 +233,14 @@ def test_wheels_that_stand_or_spin_alone_are_not_followed(drives: dict[str, list
     off = (made[0].truth.inverse() @ made[-1].truth).inverse() @ path[-1]
     claimed = (made[0].truth.inverse() @ made[-1].truth).inverse() @ made[-1].wheels
     assert math.hypot(off.x, off.y) < 0.5 * math.hypot(claimed.x, claimed.y)
+
+
+@pytest.mark.parametrize("turned", [0.004, 0.2])
+def test_wheels_that_err_are_not_late_where_they_did_not_turn(turned: float) -> None:
+    """At some other moment they stood: then there is less to differ in, and a scale of -1 takes all turns away."""
+    rng = np.random.default_rng(0)
+    seen = turned * rng.choice([-1.0, 1.0], 20)
+    rolled = seen[:, None] + rng.normal(0.0, 0.02, (20, len(LATES_S)))
+    rolled[:, 5] = rng.normal(0.0, 0.002, 20)
+    found, _ = find_lateness(deque((0.5, *one) for one in zip(seen.tolist(), rolled, strict=True)))
+    assert found == 0.0
