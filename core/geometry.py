@@ -68,6 +68,16 @@ class Pose:
         return np.array([self.x, self.y, self.heading])
 
 
+def rotation_of_rpy(roll: float, pitch: float, yaw: float) -> Array:
+    """Angles [rad] about the fixed axes x, then y, then z, as in URDF → rotation (3, 3)."""
+    (cr, sr), (cp, sp), (cy, sy) = ((math.cos(angle), math.sin(angle)) for angle in (roll, pitch, yaw))
+    about_x, about_y = (
+        np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]]),
+        np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]]),
+    )
+    return np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]]) @ about_y @ about_x
+
+
 def turned_covariance(covariance: Array, heading: float) -> Array:
     """A covariance (3, 3) of x, y, heading in a frame that is turned by `heading` [rad] → in the outer axes."""
     onto = np.eye(3)

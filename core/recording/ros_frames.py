@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import scipy
 
 from core.geometry import Pose, Transform
 from core.message import Array, message
@@ -145,6 +144,9 @@ def flat(robot_from_laser: Transform) -> Placed:
 
 def _matrix(x: float, y: float, z: float, w: float) -> Array:
     """Quaternion → rotation (3, 3). Raises BadRecord when it is none."""
-    if not 0.5 < math.hypot(x, y, z, w) < 2.0:
+    norm = math.hypot(x, y, z, w)
+    if not 0.5 < norm < 2.0:
         raise BadRecord("a transform has no rotation")
-    return scipy.spatial.transform.Rotation.from_quat((x, y, z, w)).as_matrix()
+    along, turned = np.array((x, y, z)) / norm, w / norm
+    cross = np.cross(np.eye(3), along)
+    return np.eye(3) + 2 * turned * cross + 2 * cross @ cross

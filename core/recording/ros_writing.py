@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy
 
 from core.geometry import Pose, Transform
 from core.recording import frame_record
@@ -245,6 +244,8 @@ class RosEncoder(RosParts):
     def _quaternion(self, place: Pose | Transform) -> Any:
         if isinstance(place, Pose):
             return self.turned(place.heading)
+        import scipy  # a camera's alone; drivers do without it
+
         x, y, z, w = scipy.spatial.transform.Rotation.from_matrix(place.rotation).as_quat().tolist()
         return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 

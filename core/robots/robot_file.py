@@ -23,11 +23,10 @@ from typing import Annotated, Any, Literal, TypeVar, cast
 
 import msgspec
 import numpy as np
-import scipy
 
 from core.calibration.files.camera_files import read_camera
 from core.errors import BadInput
-from core.geometry import OPTICAL, Pose, Transform
+from core.geometry import OPTICAL, Pose, Transform, rotation_of_rpy
 from core.recording.ros_frames import flat
 from core.robots import Capability, Profile
 from core.robots.device import Base, Equipment
@@ -305,10 +304,8 @@ def _camera(camera: Camera, table: CameraTable | None, folder: Path, body: Body 
 
 def mounting_of(x: float, table: CameraTable) -> Transform:
     """A camera's place and angles → robot_from_camera, whose z looks along the camera's axis."""
-    turned = scipy.spatial.transform.Rotation.from_euler(
-        "ZYX", (table.yaw_deg, table.pitch_deg, table.roll_deg), degrees=True
-    )
-    return Transform(rotation=turned.as_matrix() @ OPTICAL, translation=np.array([x, table.y, table.z]))
+    turned = rotation_of_rpy(*map(math.radians, (table.roll_deg, table.pitch_deg, table.yaw_deg)))
+    return Transform(rotation=turned @ OPTICAL, translation=np.array([x, table.y, table.z]))
 
 
 def optical_mounting(at: Transform) -> Transform:

@@ -10,10 +10,9 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 import numpy as np
-import scipy
 
 from core.errors import BadInput
-from core.geometry import Pose, Transform
+from core.geometry import Pose, Transform, rotation_of_rpy
 from core.message import Array, message
 
 MAX_URDF_BYTES = 5_000_000  # bytes of a URDF
@@ -234,8 +233,8 @@ def _origin(origin: Element | None) -> Transform:
     """xyz [m] and rpy [rad] of an element `origin`."""
     if origin is None:
         return Transform.of_pose(Pose())
-    turned = scipy.spatial.transform.Rotation.from_euler("xyz", _numbers(origin, "rpy", 3, "0 0 0"))
-    return Transform(rotation=turned.as_matrix(), translation=_numbers(origin, "xyz", 3, "0 0 0"))
+    turned = rotation_of_rpy(*_numbers(origin, "rpy", 3, "0 0 0").tolist())
+    return Transform(rotation=turned, translation=_numbers(origin, "xyz", 3, "0 0 0"))
 
 
 def _numbers(element: Element, name: str, count: int, otherwise: str = "") -> Array:

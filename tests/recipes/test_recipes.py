@@ -131,7 +131,7 @@ parrot = router("parrot")
 
 
 class Echo(msgspec.Struct, frozen=True):
-    """What was said."""
+    """The word that was said."""
 
     word: str
 
@@ -397,7 +397,7 @@ def test_a_panel_is_one_file_its_import_and_its_tag(copy: Copy) -> None:
         "static/js/main.js",
         ('import "./panels/app-menu.js";', 'import "./panels/app-menu.js";\nimport "./panels/clock-card.js";'),
     )
-    copy.change("static/index.html", ("<live-region>", "<clock-card></clock-card>\n  <live-region>"))
+    copy.change("static/index.html", ("<view-tabs>", "<clock-card></clock-card>\n    <view-tabs>"))
     copy.say("clock-card.seconds", "Seconds", "Sekunden")
     copy.check_scripts()
 

@@ -69,7 +69,7 @@ def progress_of(
         return LaserProgress(poses, {}, (), "", False, words, mount.from_ruler)
     found = calibration.extrinsics
     offsets, sentences = landings(found, model), weak_words(found)
-    near = max(offsets[1].sideways, offsets[1].up_down) <= laser_offset
+    near = max(offsets[1]["sideways_px"], offsets[1]["up_down_px"]) <= laser_offset
     if missing > 0:
         words = first or f"{missing} more pose{'s' * (missing > 1)} at least."
     elif stale:

@@ -17,6 +17,7 @@ from websockets.sync.client import ClientConnection, connect
 from console.access.guard import HEADERS
 from console.access.logins import fingerprint
 from console.access.roles import check_roles, declared, needs
+from console.api.page import PAGE_NAMES
 from console.fleet_server.proxy import RobotConsoles
 from console.scene.viser_host.mount import SUBPROTOCOL
 from tests.console.live import Live, Served, hear, say
@@ -61,8 +62,7 @@ def ways_in(app: FastAPI) -> Iterator[tuple[str, str, str]]:
                 yield method, address(route), need.role
 
 
-PAGE_PATHS = ("calibrate", "hearing", "people", "maps", "recordings", "experiments", "connect", "help")
-PAGE_PATHS = [f"{page}{end}" for page in PAGE_PATHS for end in ("", ".html")]
+PAGE_PATHS = [f"{page}{end}" for page in PAGE_NAMES for end in ("", ".html")]
 PUBLIC = {("GET", "/"), ("GET", "/static/docs/{path:path}"), ("GET", "/static/main.js"), ("POST", "/api/login")}
 PUBLIC_OF = {
     "Live": {

@@ -46,7 +46,7 @@ def test_a_decision_crosses_the_border_whole(made: Any) -> None:
     [
         (Command(name="continue", numbers={"distance_m": 12.0}, heard_as="continue 12 meters"), "by voice"),
         (Command(name="continue", numbers={"distance_m": math.inf}, heard_as="continue"), "not finite"),
-        (Command(name="dance", numbers={}, heard_as="dance"), "no such command"),
+        (Command(name="levitate", numbers={}, heard_as="levitate"), "no such command"),
     ],
 )
 def test_a_command_beyond_the_bounds_of_speech_is_rejected_with_the_reason(command: Command, reason: str) -> None:

@@ -26,7 +26,7 @@ def test_without_settings_it_has_its_defaults() -> None:
 
 @pytest.mark.parametrize("url", ["", "lab", "sim", "srv9://x", "SIM:lab", ":", "file:///etc/passwd"])
 def test_an_unknown_kind_is_refused_with_the_known_ones(url: str) -> None:
-    with pytest.raises(BadInput, match=r"known are sim:…, log:…"):
+    with pytest.raises(BadInput, match=r"known are sim:…, .*log:…"):
         connect(url)
 
 
@@ -42,7 +42,7 @@ def test_a_driver_is_given_no_more_than_its_section() -> None:
     assert vars(excerpt("sim:lab", whole)) == {"simulation": 1}
     assert excerpt("log:x", whole) is whole, "a recording is computed again with all of them"
     assert split("log:C:/x") == ("log", "C:/x")
-    assert list(SCHEMES)[:2] == ["sim", "log"]
+    assert next(iter(SCHEMES)) == "sim", "the simulator is offered first"
 
 
 def test_a_driver_beside_its_robot_file_is_found_from_any_folder(

@@ -64,7 +64,7 @@ def test_a_phrase_that_sounds_like_another_command_is_refused_with_the_pair(file
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("dance = []", "no command"),
+        ("levitate = []", "no command"),
         ('start_route = ["off we go"]', "name of a route"),
         ("come_here = 3", "list of phrases"),
         ('come_here = ["Come, papa"]', "small ones"),
