@@ -101,7 +101,7 @@ def test_its_readings_are_those_that_came_and_it_plays_as_a_log(recorded: tuple[
     assert len(log.scans) >= answer["messages"]["/scan"] - 2
     assert log.laser is not None and log.laser.beams == 682
     assert log.report.faults == ()
-    held = DriveRecording(path).latest(WHOLE_MAP, 1.0)
+    held = DriveRecording(path).latest(WHOLE_MAP, answer["seconds"])
     assert held is not None
     assert SavedMap.from_bytes(decode(held, held.kind).data.tobytes(), "of the turn").submaps >= 1
 
