@@ -19,7 +19,7 @@ from console.runtime import Runtime
 
 state = router("state", 503)
 TEXT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
-FORWARDED = ("forwarded", "x-forwarded-for", "x-forwarded-proto")  # a proxy speaks for another machine
+FORWARDED_HEADERS = ("forwarded", "x-forwarded-for", "x-forwarded-proto")  # a proxy speaks for another machine
 MEMORY = Path("/proc/self/statm")
 MS_PER_S = 1000.0
 
@@ -114,7 +114,7 @@ async def read_metrics(behind: Behind, request: Request) -> Response:
     """Figures in Prometheus' text form, for people who are signed in and for programs on this machine."""
     client = request.client
     near = client is not None and client.host in ON_THIS_MACHINE
-    proxied = any(name in request.headers for name in FORWARDED)
+    proxied = any(name in request.headers for name in FORWARDED_HEADERS)
     if request.scope["person"] is None and (proxied or not near):
         raise Problem(401, "Sign in first: send a key that beckon token add makes.")
     lines = [line for metric in figures_of(behind) for line in metric.lines]

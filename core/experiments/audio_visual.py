@@ -55,7 +55,7 @@ WORDS = "come here please, I am standing over here"
 MAX_DRIVE_S = 75.0  # of a drive, round and round: what drifts does so with the way
 EARLY_PART_S = 38.0  # at its beginning, of which the error is given besides
 SIZE_PX = (1240, 560)  # [px]
-COLOURS = ("#435567", "#c8671b", "#0b7fb0", "#7a5ea8", "#2f8f5b")
+ROW_COLOURS = ("#435567", "#c8671b", "#0b7fb0", "#7a5ea8", "#2f8f5b")
 
 
 @dataclass(frozen=True)
@@ -319,7 +319,7 @@ def audio_visual_figure(places: Sequence[Any], runs: int) -> bytes:
         names = list(places[0]["rows"])
         width = 0.8 / len(names)
         at = np.arange(len(places))
-        for k, (name, colour) in enumerate(zip(names, COLOURS, strict=True)):
+        for k, (name, colour) in enumerate(zip(names, ROW_COLOURS, strict=True)):
             mean, worst = (
                 np.array([place["rows"][name][key] for place in places]) for key in ("mean_error_m", "worst_error_m")
             )

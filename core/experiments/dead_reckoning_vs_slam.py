@@ -71,7 +71,7 @@ ABOUT = About(
 )
 SIZE_PX = (1240, 1040)  # [px]
 MAP_MARGIN_M = 0.5  # around everything on the map
-COLOURS = ("#c8671b", "#0b7fb0")  # dead reckoning, EKF-SLAM: as in the 3-D scene, darker for white paper
+ESTIMATOR_COLOURS = ("#c8671b", "#0b7fb0")  # dead reckoning, EKF-SLAM: as in the 3-D scene, darker for white paper
 START = np.zeros((1, 2))  # [m]: the world begins where the robot woke
 CONFIDENCE_SDS = 2.4477  # standard deviations that hold 95 % in the plane
 MAX_FAINT_POINTS = 160  # of a faint line
@@ -277,7 +277,7 @@ def figure_16(panels: list[Panel], room: DriveSurroundings, conditions: str) -> 
     def draw(figure: Figure) -> None:
         grid = figure.add_gridspec(3, 2, height_ratios=(0.1, 1.45, 1))
         _add_legend(figure.add_subplot(grid[0, :]), bool(len(room.walls)))
-        for column, (panel, colour) in enumerate(zip(panels, COLOURS, strict=True)):
+        for column, (panel, colour) in enumerate(zip(panels, ESTIMATOR_COLOURS, strict=True)):
             paths, errors = (figure.add_subplot(grid[row, column]) for row in (1, 2))
             _draw_paths(paths, panel, room, colour)
             _draw_errors(errors, panel, colour)
@@ -349,7 +349,7 @@ def _add_legend(axes: Axes, walls: bool) -> None:
     from matplotlib.patches import Patch
 
     def both(width: float, opacity: float = 1.0) -> tuple[Line2D, ...]:
-        return tuple(Line2D([], [], color=colour, linewidth=width, alpha=opacity) for colour in COLOURS)
+        return tuple(Line2D([], [], color=colour, linewidth=width, alpha=opacity) for colour in ESTIMATOR_COLOURS)
 
     entries = {
         "true path": Line2D([], [], **TRUTH_STYLE),
@@ -358,7 +358,9 @@ def _add_legend(axes: Axes, walls: bool) -> None:
         "average error in the paper": Line2D([], [], **PAPER_STYLE),
         "other runs": both(0.8, 3 * FAINT_OPACITY),
         "true corner": Line2D([], [], **MARK_STYLE),
-        "95 % confidence region": tuple(Patch(edgecolor=colour, facecolor=f"{colour}20") for colour in COLOURS),
+        "95 % confidence region": tuple(
+            Patch(edgecolor=colour, facecolor=f"{colour}20") for colour in ESTIMATOR_COLOURS
+        ),
     }
     if walls:
         entries["wall"] = Line2D([], [], color=SOFT, linewidth=1.4)

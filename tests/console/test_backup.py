@@ -35,7 +35,7 @@ FILES = {
     "notes-of-mine.txt": b"not Beckon's",
 }
 NOT_KEPT = {"models/large.bin", "notes-of-mine.txt", "people/.ann.json.0badcafe.new", "halt.json", "open.html"}
-DATABASES = ("history.sqlite", "fleet/history.sqlite")
+DATABASE_FILES = ("history.sqlite", "fleet/history.sqlite")
 
 
 @pytest.fixture
@@ -45,7 +45,7 @@ def home(tmp_path: Path) -> Path:
         (home / name).parent.mkdir(parents=True, exist_ok=True)
         (home / name).write_bytes(content)
     (home / "fleet").mkdir()
-    for name in DATABASES:
+    for name in DATABASE_FILES:
         with contextlib.closing(sqlite3.connect(home / name)) as history:
             history.execute("PRAGMA journal_mode=WAL")
             history.execute("CREATE TABLE commands (words TEXT)")
@@ -59,7 +59,7 @@ def content_of(folder: Path) -> dict[str, bytes]:
 
 
 def test_all_that_is_ours_comes_back_on_an_empty_machine(home: Path, tmp_path: Path) -> None:
-    writing = [sqlite3.connect(home / name) for name in DATABASES]  # as a console has it open
+    writing = [sqlite3.connect(home / name) for name in DATABASE_FILES]  # as a console has it open
     for one in writing:
         one.execute("INSERT INTO commands VALUES ('turn left')")
         one.commit()  # is in its journal alone
@@ -67,10 +67,10 @@ def test_all_that_is_ours_comes_back_on_an_empty_machine(home: Path, tmp_path: P
     report = write_backup(home, tmp_path / "b" / "all.tar.gz", recordings=True)
     for one in writing:
         one.close()
-    assert report.files == len(FILES) - len(NOT_KEPT) + len(DATABASES)
+    assert report.files == len(FILES) - len(NOT_KEPT) + len(DATABASE_FILES)
     restore_backup(report.file, tmp_path / "new" / "home")
     found = content_of(tmp_path / "new" / "home")
-    for name in DATABASES:
+    for name in DATABASE_FILES:
         with contextlib.closing(sqlite3.connect(tmp_path / "new" / "home" / name)) as history:
             assert history.execute("SELECT words FROM commands").fetchall() == [("turn left",)]
         del found[name]

@@ -90,9 +90,9 @@ def _one(board: Board, pixels: Array) -> Corners:
     return Corners(board.points, pixels[None], np.ones((1, board.count), bool))
 
 
-NAMES = ("f", "fx", "fy", "cx", "cy")
+PINHOLE_NAMES = ("f", "fx", "fy", "cx", "cy")
 MEANS = np.array([[0.5, 0.5, 0, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
-"""NAMES from fx, fy, cx, cy; f is what both axes have in common."""
+"""PINHOLE_NAMES from fx, fy, cx, cy; f is what both axes have in common."""
 MIN_VIEWS = 6  # views used, with which the stated standard deviations mean something
 SMALL_CHANGE_SDS = 1.0  # standard deviations that are no change
 DECISIVE_SDS = 3.0  # standard deviations by which one view may not move the answer, nor narrow them
@@ -105,7 +105,7 @@ ADVICE = "show more tilted views to decide"
 class Figures:
     """The figures of a camera that people know."""
 
-    values: Array  # (5,) [pixel] of NAMES
+    values: Array  # (5,) [pixel] of PINHOLE_NAMES
     sds: Array  # (5,) [pixel]
 
     def with_sd(self, number: int) -> str:
@@ -120,7 +120,7 @@ def figures(camera: Array, covariance: Array) -> Figures:
 
 
 def with_each(corners: Corners, solution: BundleSolution, free: tuple[int, ...]) -> dict[int, Array]:
-    """Views of which no corner is used → by number, the NAMES' values (5,) [pixel] with that one too.
+    """Views of which no corner is used → by number, the PINHOLE_NAMES' values (5,) [pixel] with that one too.
 
     Where there are many views, only the first that are left out are tried.
     """
@@ -161,7 +161,7 @@ def words_with(values: Array, known: Figures, *, advise: bool) -> str:
     most = _foremost(sds)
     if sds[most] < SMALL_CHANGE_SDS:
         return f"with it nothing would change: f stays {known.values[0]:.1f} px"
-    words = f"with it {NAMES[most]} would be {values[most]:.1f} instead of {known.values[most]:.1f} px"
+    words = f"with it {PINHOLE_NAMES[most]} would be {values[most]:.1f} instead of {known.values[most]:.1f} px"
     words = f"{words}, {sds[most]:.0f} sd"
     return f"{words}: {ADVICE}" if advise and sds[most] > DECISIVE_SDS else words
 
@@ -177,8 +177,9 @@ def words_without(others: Figures, known: Figures) -> str:
     most = _foremost(swayed)
     if swayed[most] <= DECISIVE_SDS:
         return ""
+    name = PINHOLE_NAMES[most]
     return (
-        f"decides {NAMES[most]} by itself: without it {NAMES[most]} would be {others.with_sd(most)} px instead of "
+        f"decides {name} by itself: without it {name} would be {others.with_sd(most)} px instead of "
         f"{known.with_sd(most)}; {ADVICE}"
     )
 

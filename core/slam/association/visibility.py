@@ -28,9 +28,8 @@ class VisibilityCheck:
         scan = self._scan
         seen = self._mounting.inverse().apply(places)
         reach = np.hypot(seen[:, 0], seen[:, 1])
-        turned = (np.arctan2(seen[:, 1], seen[:, 0]) - scan.angle_min) * np.sign(
-            scan.angle_step
-        )  # from the first beam
+        bearing = np.arctan2(seen[:, 1], seen[:, 0])
+        turned = np.sign(scan.angle_step) * (bearing - scan.angle_min)  # from the first beam on
         beam = np.round(turned % (2 * np.pi) / abs(scan.angle_step)).astype(int)[:, None] + WINDOW
         inside = ((beam >= 0) & (beam < len(self._ranges))).all(axis=1) & (reach < scan.range_max)
         if self._camera is not None:

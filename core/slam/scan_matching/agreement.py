@@ -474,9 +474,8 @@ def find_lateness(turns: deque[Turn]) -> tuple[float, bool]:
     costs = np.where(np.abs(fitted[0]) < MAX_LATE_SCALE, costs, np.maximum(costs, none))
     best = int(costs.argmin())
     late, left = float(LATES_S[best]), float(costs[best])
-    explains = left < LATE_SHARE * min(none, turned) and left < MAX_LATE_SQUARED * len(turns)
-    explains = explains and none - left > MIN_LATE_GAIN
-    if not explains or abs(late) < MIN_LATE_S - 1e-9:
+    most = min(LATE_SHARE * none, LATE_SHARE * turned, MAX_LATE_SQUARED * len(turns), none - MIN_LATE_GAIN)
+    if left >= most or abs(late) < MIN_LATE_S - 1e-9:
         return 0.0, bool(costs[np.abs(LATES_S) >= MUCH_LATE_S].min() > none + MIN_LATE_GAIN)
     before, _, after = costs[best - 1 : best + 2] if 0 < best < len(costs) - 1 else (left, left, left)
     return late + 0.5 * LATE_STEP_S * float((before - after) / max(before + after - 2 * left, 1e-9)), False

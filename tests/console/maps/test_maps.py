@@ -284,7 +284,7 @@ class InUse:
         return found.folder, found.card.frame, read_marks(found.folder)
 
 
-DESK, ERASED = (PlaceMark("desk", 0.3, 0.1),), (EditMark(1, "free", ((0.3, 0.1),), 0.2),)
+DESK_MARKS, ERASED_CELLS = (PlaceMark("desk", 0.3, 0.1),), (EditMark(1, "free", ((0.3, 0.1),), 0.2),)
 
 
 def in_use(work: Callable[[InUse], Awaitable[None]], home: Path) -> None:
@@ -298,7 +298,7 @@ def test_a_robot_whose_clock_began_again_is_on_no_saved_map_any_more(tmp_path: P
     async def work(console: InUse) -> None:
         maps, pilot = console.maps, console.pilot
         await maps.save("Office", ITSELF, replace=False)
-        await console.mark(places=DESK, edits=ERASED)
+        await console.mark(places=DESK_MARKS, edits=ERASED_CELLS)
         saved = console.kept("Office")
         corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
         pilot.keep_out_of(KeepOuts((MapZone(name="hole", kind="keep_out", points=corners),)))
@@ -309,7 +309,7 @@ def test_a_robot_whose_clock_began_again_is_on_no_saved_map_any_more(tmp_path: P
         assert (maps.shown.name, maps.frame, maps.marks) == (None, "", MapMarks())
         assert not pilot._edits.edits and not pilot._keep_outs.zones
         await console.autosave()
-        assert console.kept("Office") == saved and saved[2].places == DESK
+        assert console.kept("Office") == saved and saved[2].places == DESK_MARKS
         frame = console.kept(LAST_MAP)[1]
         console.look()
         await console.autosave()  # of a third map: the second is kept
@@ -327,8 +327,8 @@ def test_the_map_in_use_is_replaced_by_no_other_that_is_kept(tmp_path: Path) -> 
         await console.maps.load(LAST_BUT_ONE, ITSELF)
         await console.autosave()
         assert console.kept(LAST_BUT_ONE) == before and console.kept(LAST_BUT_TWO)[:2] == last[:2]
-        await console.mark(places=DESK)
-        assert console.kept(LAST_BUT_ONE) == (*before[:2], MapMarks(places=DESK))
+        await console.mark(places=DESK_MARKS)
+        assert console.kept(LAST_BUT_ONE) == (*before[:2], MapMarks(places=DESK_MARKS))
 
     in_use(work, tmp_path)
 
@@ -341,9 +341,9 @@ def test_an_import_in_the_place_of_the_map_in_use_keeps_its_own_marks(tmp_path: 
         await console.maps.save("Office", ITSELF, replace=False)
         await console.maps.take_in("office", packed, ITSELF, replace=True)
         assert console.maps.shown.name is None
-        await console.mark(places=DESK)
+        await console.mark(places=DESK_MARKS)
         assert console.kept("office")[1:] == (other.maps.frame, MapMarks())
-        assert console.kept(LAST_MAP)[2].places == DESK
+        assert console.kept(LAST_MAP)[2].places == DESK_MARKS
         await console.maps.load("office", ITSELF)
         await console.maps.take_in("Office", packed, ITSELF, replace=True)  # the same axes: it goes on in it
         assert console.maps.shown.name == "Office"
@@ -358,7 +358,7 @@ def test_edits_are_drawn_into_their_own_map_however_its_writing_goes(
         maps, keep = console.maps, console.maps._store.keep
         for name in ("lab", "office"):
             await maps.save(name, ITSELF, replace=False)
-        await console.mark(edits=ERASED)
+        await console.mark(edits=ERASED_CELLS)
         await maps.load("lab", ITSELF)
         saved = console.kept("lab")
         await maps._keep_redrawn()
@@ -371,7 +371,7 @@ def test_edits_are_drawn_into_their_own_map_however_its_writing_goes(
             keep(card, write, replace=replace)
             maps._redrawn = True
 
-        await console.mark(edits=ERASED)
+        await console.mark(edits=ERASED_CELLS)
         monkeypatch.setattr(maps._store, "keep", fail)
         with pytest.raises(Unwritable):
             await maps._keep_redrawn()
@@ -383,6 +383,6 @@ def test_edits_are_drawn_into_their_own_map_however_its_writing_goes(
         monkeypatch.setattr(maps._store, "keep", fail)
         with pytest.raises(Unwritable):
             await console.mark(edits=(), whole=True)
-        assert maps.frame == saved[1] and maps.marks.edits == ERASED  # a turn that cannot be saved
+        assert maps.frame == saved[1] and maps.marks.edits == ERASED_CELLS  # a turn that cannot be saved
 
     in_use(work, tmp_path)

@@ -256,7 +256,7 @@ def test_a_spoken_command_is_parsed_once(live: Live, spoken: VoiceCommands, monk
     assert newest(live)["name"] == "turn_left" and calls == ["turn left"]
 
 
-PLACES = (
+NAMED_PLACES = (
     NamedPlace(name="sofa", x_m=9.0, y_m=9.0),
     NamedPlace(name="round", x_m=1.0, y_m=1.0),  # a place and a route of one name
     NamedPlace(name="round", x_m=0.0, y_m=0.0, route=True),
@@ -266,12 +266,12 @@ PLACES = (
 @pytest.mark.parametrize("spec", SPECS.values(), ids=SPECS)
 def test_every_command_that_words_can_mean_comes_through_the_bounds_of_speech(spec: CommandSpec) -> None:
     """A saved route makes "pause" a command of its own; lost on the way, it would neither pause nor stop."""
-    own = place_phrases(PLACES)
+    own = place_phrases(NAMED_PLACES)
     meant = [one.pattern for one in own if one.kind is spec] + [spec.example] * (spec is not START_ROUTE)
     for words in meant:
         command = understand(words, own=own)
         assert isinstance(command, Command) and command.name == spec.name
-        heard = within_bounds(Decision(verdict="accept", command=command, words=words), PLACES)
+        heard = within_bounds(Decision(verdict="accept", command=command, words=words), NAMED_PLACES)
         assert heard.verdict == "accept" and heard.command is not None
         given, kept = command, heard.command
         assert (kept.name, kept.numbers, kept.place) == (given.name, given.numbers, given.place)
@@ -284,7 +284,7 @@ def test_a_voice_that_pauses_stops_whatever_moves_the_robot(
     live: Live, spoken: VoiceCommands, monkeypatch: pytest.MonkeyPatch, obey: bool
 ) -> None:
     """A saved route makes "pause" a command of its own; it stops no less than without routes."""
-    pause = understand("pause", own=place_phrases(PLACES))
+    pause = understand("pause", own=place_phrases(NAMED_PLACES))
     assert isinstance(pause, Command) and pause.name == PAUSE_ROUTE.name
     monkeypatch.setitem(globals(), "decision", lambda words: Decision(verdict="accept", command=pause, words=words))
     listen(live, obey)

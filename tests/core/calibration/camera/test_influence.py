@@ -82,7 +82,7 @@ def test_a_view_that_is_left_out_says_what_it_would_change(culprit: int) -> None
     assert not verdict.used
     told = TOLD.search(verdict.reason)
     assert told is not None
-    figure, value, sds = suspects.NAMES.index(told[1]), float(told[2]), int(told[4])
+    figure, value, sds = suspects.PINHOLE_NAMES.index(told[1]), float(told[2]), int(told[4])
     change = value - known.values[figure]
     assert float(told[3]) == pytest.approx(known.values[figure], abs=0.051)
     assert value == pytest.approx(refined(found, np.ones(13, bool), everything=True)[figure], abs=0.06)
