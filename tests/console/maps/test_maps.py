@@ -1,4 +1,4 @@
-"""Saved maps: names, half-written ones, replacing, the one in use, and the journey that goes with them."""
+"""Saved maps: names, half-written ones, replacing, the one in use, and the trajectory that goes with them."""
 
 from __future__ import annotations
 
