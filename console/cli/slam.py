@@ -24,21 +24,39 @@ def add(subcommands: Any) -> None:
         help="whether identities in the log are shown to the filter",
     )
     parser.add_argument("--still", action="store_true", help="take in the frames before the robot moved")
+    parser.add_argument(
+        "--sensors",
+        metavar="LIST",
+        help="estimate from these alone, of laser,camera,microphones; what they see and hear becomes landmarks",
+    )
 
 
 def run(chosen: argparse.Namespace) -> int:
-    from core.pipelines.slam import slam_log  # scipy and OpenCV take a moment: only where they are needed
+    from core.pipelines.slam import (
+        ChosenSensors,
+        slam_log,
+    )  # scipy and OpenCV take a moment: only where they are needed
     from core.settings import load
 
     began = time.perf_counter()
     with progress() as shown:
-        result = slam_log(chosen.log, load(chosen.settings), chosen.ids, chosen.still, chosen.out, shown)
+        sensors = None if chosen.sensors is None else ChosenSensors.named(chosen.sensors)
+        result = slam_log(chosen.log, load(chosen.settings), chosen.ids, chosen.still, chosen.out, shown, sensors)
     report, took = result.json(), round(time.perf_counter() - began, 3)
     report["processing_s"] = took
     lines = [
         f"{report['form']}: {report['frames']} readings over {report['duration_s']:.1f} s in {took:.1f} s",
         f"path {report['path_m']:.2f} m, {len(report['landmarks'])} landmarks, {report['skipped']} records skipped",
+        *_errors(report),
         *(f"note: {warning}" for warning in report["warnings"]),
         *(f"{name}: {path}" for name, path in report["files"].items() if path),
     ]
     return answer(chosen, report, *lines, warnings=report["warnings"])
+
+
+def _errors(report: Any) -> list[str]:
+    """A line where the truth is known."""
+    if "error" not in report:
+        return []
+    error = report["error"]
+    return [f"off the true position by {error['mean_m']:.3f} m in the mean, {error['worst_m']:.3f} m at worst"]

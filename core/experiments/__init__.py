@@ -64,6 +64,7 @@ EXPERIMENTS: dict[str, Experiment] = {
     name: Experiment(name)
     for name in (
         "audio-visual",
+        "audio-visual-recorded",
         "camera-table",
         "dead-reckoning-vs-slam",
         "direction-ablation",

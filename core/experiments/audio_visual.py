@@ -8,7 +8,7 @@ chosen before there were results; all of them are printed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -23,7 +23,7 @@ from core.gate import Twist
 from core.geometry import Pose
 from core.message import message
 from core.pilot import Pilot
-from core.robots import Profile
+from core.pipelines.slam import ChosenSensors
 from core.robots.requests import Speak
 from core.sensors import SensorFrame
 from core.settings import Settings
@@ -88,14 +88,14 @@ PLACES = (
     Place("lab, 1.5 m", "lab", AROUND_LAB, (3.0, 2.8), "a laser of 1.5 m", reach=1.5),
     Place("lab, 10 % dropped", "lab", AROUND_LAB, (3.0, 2.8), "10 % of the beams dropped", dropout=0.1),
 )
-SENSORS: dict[str, tuple[bool, int, bool]] = {
-    "laser": (True, False, False),
-    "camera": (False, True, False),
-    "laser + camera": (True, True, False),
-    "laser + voice": (True, False, True),
-    "all": (True, True, True),
+SENSORS = {
+    "laser": ChosenSensors(True, 0, False),
+    "camera": ChosenSensors(False, 1, False),
+    "laser + camera": ChosenSensors(True, 1, False),
+    "laser + voice": ChosenSensors(True, 0, True),
+    "all": ChosenSensors(True, 1, True),
 }
-"""Laser, number of cameras, microphones of every row."""
+"""The sensors of every row."""
 
 
 @message
@@ -151,24 +151,13 @@ def settings_for(place: Place, base: Settings) -> Settings:
     )
 
 
-def with_sensors(profile: Profile, sensors: tuple[bool, int, bool]) -> Profile:
-    """The robot with only these of laser, camera and microphones."""
-    laser, camera, ears = sensors
-    return replace(
-        profile,
-        lasers=profile.lasers if laser else (),
-        cameras=profile.cameras[:camera],
-        arrays=profile.arrays if ears else (),
-    )
-
-
-def seen_by(frame: SensorFrame, sensors: tuple[bool, int, bool], reach: float) -> SensorFrame:
+def seen_by(frame: SensorFrame, sensors: ChosenSensors, reach: float) -> SensorFrame:
     """The part of a frame that these sensors deliver."""
-    laser, camera, ears = sensors
-    scan = frame.scan if laser else None
-    if scan is not None and math.isfinite(reach):
-        scan = replace(scan, ranges=np.where(scan.ranges <= reach, scan.ranges, np.nan))
-    return replace(frame, scan=scan, image=frame.image if camera else None, sound=frame.sound if ears else None)
+    seen = sensors.within(frame)
+    if seen.scan is None or not math.isfinite(reach):
+        return seen
+    ranges = np.where(seen.scan.ranges <= reach, seen.scan.ranges, np.nan)
+    return replace(seen, scan=replace(seen.scan, ranges=ranges))
 
 
 def steer(pose: Pose, goal: tuple[float, float]) -> Twist:
@@ -176,6 +165,29 @@ def steer(pose: Pose, goal: tuple[float, float]) -> Twist:
     off = pose.bearing_to(*goal)
     turn = max(-DRIVE_TURN_RAD_S, min(DRIVE_TURN_RAD_S, 2.0 * off))
     return Twist(DRIVE_SPEED_M_S if abs(off) < math.radians(40) else 0.0, turn)
+
+
+class Course:
+    """One drive of the simulated robot along a place's way, by its true pose, beside a person who calls."""
+
+    def __init__(self, place: Place, settings: Settings, seed: int) -> None:
+        self._place = place
+        self.robot = SimulatedRobot(place.world, seed=seed, settings=settings.simulation)
+
+    def frames(self, read: Callable[[], SensorFrame], calls: float = REST_BEFORE_S / 2) -> Iterator[SensorFrame]:
+        """Every frame, as `read` gets it of the robot, until the end; a person calls from `calls` [s] on."""
+        place, goal = self._place, 0
+        while (frame := read()).stamp <= MAX_DRIVE_S:
+            truth = frame.truth or Pose()
+            if frame.stamp >= calls:
+                said = self.robot.ask(Speak(text=WORDS, x_m=place.speaker[0], y_m=place.speaker[1], id="person"))
+                calls = frame.stamp + said.seconds + CALL_PAUSE_S
+            yield frame
+            if frame.stamp < REST_BEFORE_S:
+                continue
+            if truth.distance_to(*place.goals[goal]) < GOAL_RADIUS_M:
+                goal = (goal + 1) % len(place.goals)
+            self.robot.drive(steer(truth, place.goals[goal]))
 
 
 def drive(
@@ -190,31 +202,22 @@ def drive(
     `begun` is given the rows' pilots once, when they have taken the first frame: for bounds, which know more.
     """
     settings = settings_for(place, base)
-    robot = SimulatedRobot(place.world, seed=seed, settings=settings.simulation)
-    pilots = {name: Pilot(with_sensors(robot.profile, SENSORS[name]), settings) for name in rows}
-    listening = any(SENSORS[name][2] for name in rows)
+    course = Course(place, settings, seed)
+    pilots = {name: Pilot(SENSORS[name].of(course.robot.profile), settings) for name in rows}
+    listening = any(SENSORS[name].microphones for name in rows)
     found: dict[str, list[tuple[float, float, float, float, float]]] = {name: [] for name in rows}
-    calls, frames, path, goal = REST_BEFORE_S / 2, 0, 0.0, 0
-    before = Pose()
-    while (frame := robot.read()).stamp <= MAX_DRIVE_S:
+    path, before = 0.0, Pose()
+    for number, frame in enumerate(course.frames(course.robot.read, *(() if listening else (math.inf,)))):
         truth = frame.truth or Pose()
-        if listening and frame.stamp >= calls:
-            said = robot.ask(Speak(text=WORDS, x_m=place.speaker[0], y_m=place.speaker[1], id="person"))
-            calls = frame.stamp + said.seconds + CALL_PAUSE_S
         snapshots = {name: pilot.step(seen_by(frame, SENSORS[name], place.reach)) for name, pilot in pilots.items()}
-        if frames == 0:
+        if number == 0:
             begun(pilots)
-        path, before, frames = path + truth.distance_to(before.x, before.y), truth, frames + 1
-        if frame.stamp < REST_BEFORE_S:
-            continue
-        if frames % FRAMES_PER_JUDGEMENT == 0:
+        path, before = path + truth.distance_to(before.x, before.y), truth
+        if frame.stamp >= REST_BEFORE_S and (number + 1) % FRAMES_PER_JUDGEMENT == 0:
             for name, snapshot in snapshots.items():
                 pose = snapshot.estimate.pose
                 off = truth.distance_to(pose.x, pose.y)
                 found[name].append((pose.x, pose.y, off, nees(snapshot.estimate, truth), frame.stamp))
-        if truth.distance_to(*place.goals[goal]) < GOAL_RADIUS_M:
-            goal = (goal + 1) % len(place.goals)
-        robot.drive(steer(truth, place.goals[goal]))
     return {"path": path} | errors_of(found)
 
 

@@ -13,6 +13,7 @@ from core.robots import Robot
 from core.robots.connect import connect
 from core.robots.profile_json import profile_to_json
 from core.robots.requests import PlaceThing
+from core.sensors import SensorFrame
 from core.sensors.recordable import recordable
 
 
@@ -27,14 +28,15 @@ class RobotRecording:
         self._encoder = RosEncoder(robot.profile.lasers, robot.profile.cameras)
         self.file = McapRecording(out)
 
-    def add(self, logged: float | None = None) -> None:
-        """Write the next frame, received at `logged` [s] Unix time or else at its own stamp. Raises Unwritable."""
+    def add(self, logged: float | None = None) -> SensorFrame:
+        """Write the next frame, received at `logged` [s] Unix time or at its own stamp → it. Raises Unwritable."""
         frame, encoder, card = self._robot.read(), self._encoder, self._card
         first = [] if card is None else [*encoder.fixed(frame.stamp), encoder.robot(frame.stamp, card)]
         self._card = None
         frame = recordable(frame)
         written = [encoder.frame(FrameRecord.of(frame)), *encoder.readings(frame)]
         self.file.add([*first, *written], frame.stamp if logged is None else logged)
+        return frame
 
 
 @dataclass(frozen=True)

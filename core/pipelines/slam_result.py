@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 from typing import NotRequired, TypedDict
 
+import numpy as np
+
 from core.geometry import Pose
 from core.message import Array
 from core.recording import Recording, RecordingReport
@@ -27,6 +29,14 @@ class LandmarkFigures(TypedDict):
     identity: NotRequired[int]  # its name in the log
 
 
+class PositionErrors(TypedDict):
+    """Distances from the true positions, the first pose laid upon the first true one, as JSON."""
+
+    mean_m: float
+    worst_m: float
+    final_m: float
+
+
 class SlamFigures(TypedDict):
     """Everything of a result but the poses, as JSON."""
 
@@ -43,6 +53,7 @@ class SlamFigures(TypedDict):
     declared: int | None
     warnings: list[str]
     faults: list[dict[str, str]]  # code and sentence of what the checks of the readings found
+    error: NotRequired[PositionErrors]  # where the truth is known: a recording of the simulated robot
     processing_s: NotRequired[float]  # as the caller measured it
 
 
@@ -68,6 +79,7 @@ class SlamResult:
     course: SlamCourse
     identities: dict[int, int] = field(default_factory=dict[int, int])  # landmark → its name in the log, where given
     grid: OccupancyGrid | None = None
+    truth: tuple[Pose, ...] = ()  # of every pose, in the simulator's world; (): it is not known
     files: dict[str, str | None] = field(default_factory=lambda: {"trajectory_tum": None, "map_yaml": None})
 
     @property
@@ -80,10 +92,20 @@ class SlamResult:
                 total, last = total + way, pose
         return total
 
+    @property
+    def errors(self) -> PositionErrors | None:
+        """Against the truth; None where it is not known."""
+        if not self.truth:
+            return None
+        moved = self.poses[0] @ self.truth[0].inverse()
+        true = moved.apply(np.array([(pose.x, pose.y) for pose in self.truth]))
+        off = np.hypot(*(np.array([(pose.x, pose.y) for pose in self.poses]) - true).T)
+        return {"mean_m": float(off.mean()), "worst_m": float(off.max()), "final_m": float(off[-1])}
+
     def json(self) -> SlamFigures:
         """Everything but the poses, as plain values with their units in the keys."""
-        report = self.report
-        return {
+        report, errors = self.report, self.errors
+        figures: SlamFigures = {
             "frames": len(self.poses),
             "duration_s": self.stamps[-1] - self.stamps[0],
             "path_m": self.path,
@@ -98,6 +120,9 @@ class SlamResult:
             "warnings": list(report.warnings),
             "faults": [{"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in report.faults],
         }
+        if errors is not None:
+            figures["error"] = errors
+        return figures
 
     def _row(self, mark: Landmark) -> LandmarkFigures:
         x, y = mark.position.tolist()

@@ -179,6 +179,12 @@ class DriveMoment:
         return None if self.record is None else self.record.results
 
     @property
+    def deaf(self) -> bool:
+        """True where the pilot of that day did not listen to its sound: the robot spoke."""
+        taken = None if self.record is None else self.record.taken
+        return taken is not None and taken.deaf
+
+    @property
     def others(self) -> tuple[Envelope, ...]:
         """The results, as they lie in the file."""
         return tuple(one for one in self._group if one.kind not in READERS)

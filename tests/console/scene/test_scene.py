@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import math
 import re
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -234,8 +235,6 @@ def test_the_page_hides_the_panel_and_is_not_kept_without_asking(live: Live) -> 
 
 
 def test_it_starts_and_stops_again_and_again_without_a_thread_left() -> None:
-    import threading
-
     before = threading.active_count()
     for _ in range(3):
         server, inside = open_viser()
@@ -248,10 +247,15 @@ def test_it_starts_and_stops_again_and_again_without_a_thread_left() -> None:
 def test_a_viser_that_starts_differently_is_told_and_never_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     from core.errors import Unavailable
 
-    monkeypatch.setattr(mount, "BUILD_TIME", 0.1)
-    monkeypatch.setattr(mount, "build", lambda _: __import__("time").sleep(0.5))
-    with pytest.raises(Unavailable, match="could not be mounted"):
+    monkeypatch.setattr(mount, "build", lambda _: None)
+    with pytest.raises(Unavailable, match="this version of viser starts differently"):
         open_viser()
+    ended = threading.Event()
+    monkeypatch.setattr(mount, "MAX_BUILD_S", 0.1)
+    monkeypatch.setattr(mount, "build", lambda _: ended.wait())
+    with pytest.raises(Unavailable, match=r"did not start within 0\.1 s"):
+        open_viser()
+    ended.set()
 
 
 def test_other_servers_of_viser_in_this_process_are_as_before(capsys: pytest.CaptureFixture[str]) -> None:

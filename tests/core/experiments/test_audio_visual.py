@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.experiments import EXPERIMENTS, audio_visual
+from core.experiments import EXPERIMENTS, audio_visual, audio_visual_recorded
 from core.experiments.audio_visual import PLACES, SENSORS, drive, seen_by, table
 from core.settings import Settings, as_printed
 from core.simulation.world import world_named
@@ -72,3 +72,16 @@ def test_a_row_without_the_laser_gets_no_scan() -> None:
     assert seen_by(scan, SENSORS["camera"], 9.0).scan is None
     short = seen_by(scan, SENSORS["laser"], 3.0).scan
     assert short is not None and np.nanmax(short.ranges) <= 3.0
+
+
+def test_a_recorded_drive_is_estimated_with_every_choice_of_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(audio_visual, "MAX_DRIVE_S", 3.2)
+    monkeypatch.setattr(audio_visual, "REST_BEFORE_S", 1.0)
+    found = audio_visual_recorded.recorded_drive((CORRIDOR,), Settings(), 1, 1, 0)
+    assert set(found["errors"]) == set(SENSORS)
+    assert 0.2 < found["megabytes"] < 5
+    assert all(0 <= one["mean_m"] <= one["worst_m"] < 0.2 for one in found["errors"].values())
+    monkeypatch.setattr(audio_visual_recorded, "recorded_drive", lambda *_: found)
+    told: Any = EXPERIMENTS["audio-visual-recorded"](runs=2, workers=1)
+    assert [one["place"] for one in told["places"]] == ["lab", "corridor", "bare corridor", "glass"]
+    assert told["places"][0]["rows"]["laser"]["of_laser"] == 1.0

@@ -10,6 +10,7 @@ import pytest
 
 from core.experiments import EXPERIMENTS, audio_visual, stereo
 from core.experiments.audio_visual import PLACES, SENSORS, drive
+from core.pipelines.slam import ChosenSensors
 from core.settings import Settings
 
 
@@ -37,7 +38,9 @@ def test_every_room_has_its_row(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_pair_holds_the_robot_among_glass_where_the_laser_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(audio_visual, "MAX_DRIVE_S", 38.0)
     monkeypatch.setattr(
-        audio_visual, "SENSORS", SENSORS | {"pair": (False, 2, False), "laser + pair": (True, 2, False)}
+        audio_visual,
+        "SENSORS",
+        SENSORS | {"pair": ChosenSensors(False, 2, False), "laser + pair": ChosenSensors(True, 2, False)},
     )
     given = Settings()
     given = replace(

@@ -19,10 +19,12 @@ from core.gate import Twist
 from core.geometry import Pose
 from core.pilot import Pilot
 from core.pipelines import slam
-from core.pipelines.slam import slam_log
+from core.pipelines.record import RobotRecording
+from core.pipelines.slam import ChosenSensors, slam_log
 from core.pipelines.slam_report import landmarks_csv, trajectory_tum
 from core.recording.drive import DriveRecording
 from core.robots.connect import connect
+from core.robots.requests import Speak
 from core.sensors.checks import UnusableReading
 from core.settings import Settings, read
 from core.simulation.faulty_robot import open_robot
@@ -232,7 +234,41 @@ def test_own_recordings_and_logs_alike_end_where_nothing_fits(tmp_path):
             stamps.append(frame.stamp)
             stands.append(pilot.anchored_pose)
         pilot.step(frame)
-    run = slam._PilotRun(stamps, stands, slam._CourseTaker().course())
+    run = slam._PilotRun(pilot, stamps, stands, [], slam._CourseTaker().course())
     with pytest.raises(UnusableReading, match="no distances") as told:
-        slam._result(cast(DriveRecording, SimpleNamespace(path=tmp_path / "own.mcap")), pilot, run)
+        slam._result(cast(DriveRecording, SimpleNamespace(path=tmp_path / "own.mcap")), run)
     assert [one.code for one in told.value.faults] == ["agreement.no_fit"]
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """Five seconds of a robot without a camera, recorded with scans, sound and the truth."""
+    path = tmp_path_factory.mktemp("recorded") / "drive.mcap"
+    robot = open_robot("lab", seed=3, settings=SimulationSettings(camera=False))
+    robot.ask(Speak(text="hello", x_m=1.0, y_m=0.0, id="person"))
+    recording = RobotRecording(robot, path)
+    for _ in range(200):
+        recording.add()
+    recording.file.finish()
+    return path
+
+
+def test_an_estimate_is_made_from_the_chosen_sensors_alone(recorded):
+    every, laser = slam_log(recorded), slam_log(recorded, sensors=ChosenSensors(True, 0, False))
+    blind = slam_log(recorded, sensors=ChosenSensors(False, 0, True))
+    assert len(every.poses) == len(laser.poses) == len(blind.poses) > 20
+    assert laser.landmarks and not blind.landmarks
+    assert blind.errors == pytest.approx({"mean_m": 0.0, "worst_m": 0.0, "final_m": 0.0}, abs=0.01)  # it stood
+    assert "error" in laser.json()
+    for chosen in (ChosenSensors(True, 1, True), ChosenSensors.named("camera, laser")):
+        with pytest.raises(BadInput, match="has no camera that"):
+            slam_log(recorded, sensors=chosen)
+
+
+def test_sensors_are_named_and_sightings_have_none(circling):
+    assert ChosenSensors.named("laser,microphones") == ChosenSensors(True, 0, True)
+    for text in ("", "laser,,camera", "voice"):
+        with pytest.raises(BadInput, match="Sensors are some of laser, camera, microphones"):
+            ChosenSensors.named(text)
+    with pytest.raises(BadInput, match="no sensor to choose"):
+        slam_log(circling.path, sensors=ChosenSensors())
