@@ -59,7 +59,7 @@ class ChosenSensors:
         )
 
     def within(self, frame: SensorFrame) -> SensorFrame:
-        """What these deliver of a frame."""
+        """The part of a frame that these deliver."""
         return replace(
             frame,
             scan=frame.scan if self.laser else None,
