@@ -167,7 +167,7 @@ def steer(pose: Pose, goal: tuple[float, float]) -> Twist:
     return Twist(DRIVE_SPEED_M_S if abs(off) < math.radians(40) else 0.0, turn)
 
 
-class Course:
+class SteeredDrive:
     """One drive of the simulated robot along a place's way, by its true pose, beside a person who calls."""
 
     def __init__(self, place: Place, settings: Settings, seed: int) -> None:
@@ -202,7 +202,7 @@ def drive(
     `begun` is given the rows' pilots once, when they have taken the first frame: for bounds, which know more.
     """
     settings = settings_for(place, base)
-    course = Course(place, settings, seed)
+    course = SteeredDrive(place, settings, seed)
     pilots = {name: Pilot(SENSORS[name].of(course.robot.profile), settings) for name in rows}
     listening = any(SENSORS[name].microphones for name in rows)
     found: dict[str, list[tuple[float, float, float, float, float]]] = {name: [] for name in rows}

@@ -11,7 +11,7 @@ from typing import TypedDict
 import numpy as np
 
 from core.experiments import audio_visual
-from core.experiments.audio_visual import PLACES, SENSORS, Course, Place, settings_for
+from core.experiments.audio_visual import PLACES, SENSORS, SteeredDrive, Place, settings_for
 from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.pipelines.record import RobotRecording
@@ -69,7 +69,7 @@ class AudioVisualRecorded(ExperimentResult):
 
 def record(place: Place, settings: Settings, seed: int, out: Path) -> None:
     """One drive into a file. Raises Unwritable."""
-    course = Course(place, settings, seed)
+    course = SteeredDrive(place, settings, seed)
     recording = RobotRecording(course.robot, out)
     for _ in course.frames(recording.add):
         pass
