@@ -11,7 +11,7 @@ from typing import TypedDict
 import numpy as np
 
 from core.experiments import audio_visual
-from core.experiments.audio_visual import PLACES, SENSORS, SteeredDrive, Place, settings_for
+from core.experiments.audio_visual import PLACES, SENSORS, Place, SteeredDrive, settings_for
 from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
 from core.pipelines.record import RobotRecording
