@@ -59,11 +59,11 @@ class Console:
         self.signed = {"Authorization": f"Bearer {self.keys[0]}"} if auth else {}  # as the operator
         self.children = psutil.Process(self.process.pid).children(recursive=True)
 
-    def get(self, path: str) -> Any:
-        """GET → what the JSON says, also where it is a problem."""
+    def get(self, path: str, patience: float = 5.0) -> Any:
+        """GET → what the JSON says, also where it is a problem; TimeoutError after so many seconds."""
         asked = urllib.request.Request(f"http://127.0.0.1:{self.port}{path}", headers=self.signed)
         try:
-            with urllib.request.urlopen(asked, timeout=5) as answer:
+            with urllib.request.urlopen(asked, timeout=patience) as answer:
                 return json.load(answer)
         except urllib.error.HTTPError as refused:
             return json.load(refused)
@@ -71,13 +71,20 @@ class Console:
     def download(self, path: str) -> bytes:
         """GET → the file. Raises OSError where it is refused."""
         asked = urllib.request.Request(f"http://127.0.0.1:{self.port}{path}", headers=self.signed)
-        with urllib.request.urlopen(asked, timeout=20) as answer:
+        with urllib.request.urlopen(asked, timeout=60) as answer:
             return answer.read()
 
     def post(self, path: str, body: dict[str, object] | None = None) -> int:
         """POST and answer with the status."""
         with urllib.request.urlopen(self._request(path, body), timeout=5) as answer:
             return answer.status
+
+    def delete(self, path: str) -> None:
+        """DELETE; a refusal is passed over."""
+        asked = self._request(path, None)
+        asked.method = "DELETE"
+        with contextlib.suppress(urllib.error.HTTPError):
+            urllib.request.urlopen(asked, timeout=20).close()
 
     def answer(self, path: str, body: dict[str, object] | None = None) -> Any:
         """POST → what the JSON says. Raises OSError where it is refused."""
@@ -123,3 +130,14 @@ def console(
             yield running
         finally:
             running.close()
+
+
+def watch(running: Console, viewers: int, stack: contextlib.ExitStack) -> None:
+    """`viewers` sockets that read everything and one that reads nothing, in a process of their own."""
+    key = running.keys[:1] if running.signed else ()
+    command = [sys.executable, "-m", "tests.benchmarks.onlookers", str(running.port), str(viewers), *key]
+    watching = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    stack.callback(watching.wait)
+    stack.callback(watching.kill)
+    assert watching.stdout is not None
+    assert watching.stdout.readline() == "watching\n"

@@ -14,6 +14,7 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import psutil
@@ -40,14 +41,15 @@ def measured(measurement: Measurement, effort: Effort) -> Iterator[RowFigure]:
         yield RowFigure("measured", 1.0, "failures", 0.0, 1, "sim", why)
 
 
-def entries(row: CampaignRow, size: str) -> Iterator[dict[str, Any]]:
-    """The figures of a row in this class."""
+def entries(row: CampaignRow, size: str, seconds: float | None = None) -> Iterator[dict[str, Any]]:
+    """The figures of a row in this class, or of so much time."""
+    effort = replace(EFFORTS[size], seconds=seconds or EFFORTS[size].seconds)
     checks: list[Any] = [lambda _: [tested(row.tests)]] if row.tests else []
     if SIZES.index(size) >= max(1, SIZES.index(row.size)):
         checks += [lambda effort, one=one: measured(one, effort) for one in row.measurements]
     for check in checks:
         begun, load = time.monotonic(), busy_cores()
-        found = list(check(EFFORTS[size]))
+        found = list(check(effort))
         load = round(max(load, busy_cores()), 1)
         for one in found:
             yield {
@@ -74,6 +76,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m tests.campaign", description=__doc__)
     parser.add_argument("--rows", default="", help="R1,R15: these alone")
     parser.add_argument("--class", dest="size", choices=SIZES, default="minutes")
+    parser.add_argument("--seconds", type=float, help="for which is watched, instead of the class's time")
     parser.add_argument("--json", action="store_true", help="one object on standard output")
     parser.add_argument("--publish", action="store_true", help="write the report of the documentation")
     return parser.parse_args(arguments)
@@ -92,7 +95,7 @@ def main(arguments: list[str]) -> int:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("Terminated."))  # what was started ends, too
     for row in ROWS:
         if not named or row.row in named:
-            for entry in entries(row, given.size):
+            for entry in entries(row, given.size, given.seconds):
                 found.append(entry)
                 verdict = "ok" if entry["passed"] else "busy" if report.inconclusive(entry) else "MISS"
                 figure = f"{entry['figure']:g} {entry['unit']} (bound {entry['bound']:g}, n {entry['trials']})"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import json
 import math
 import os
 import random
@@ -16,6 +17,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import psutil
 from playwright.sync_api import Page, sync_playwright
@@ -39,7 +41,7 @@ from tests.benchmarks import (
     strangers,
 )
 from tests.benchmarks.real_sessions import SUBJECTS
-from tests.benchmarks.running_console import Console, console
+from tests.benchmarks.running_console import Console, console, watch
 from tests.campaign import struck
 from tests.campaign.figures import ROOT, Effort, RowFigure, none_of, p99, worst
 from tests.emulators.robot_process import robot_process
@@ -213,7 +215,7 @@ def many_viewers(effort: Effort) -> Iterator[RowFigure]:
         own = psutil.Process(running.process.pid)
         time.sleep(2.0)
         before = own.memory_info().rss
-        struck.watch(running, 50, stack)
+        watch(running, 50, stack)
         figures = strangers.measured(running, (), 20 * effort.trials)
         grown = (own.memory_info().rss - before) / BYTES_PER_MB
     yield RowFigure("round trip of the operator, p99", figures["echo_ms"]["p99"], "ms", 25.0, 20 * effort.trials)
@@ -507,20 +509,33 @@ def long_page(effort: Effort) -> Iterator[RowFigure]:
 
 
 def long_life(effort: Effort) -> Iterator[RowFigure]:
-    """Random orders for the whole time: memory and descriptors from the second half hour on, or half of the time."""
-    with console() as running:
+    """Random orders and patrols on a whole floor, recorded and looked at: what rises after the warm-up.
+
+    The robust slope of the minutes, with its interval of 95 %; each minute is said on standard error.
+    """
+    with console(robot="sim:floor") as running:
         struck.until(lambda: not running.get("/api/health")["reasons"], READY_S)
-        own = psutil.Process(running.process.pid)
-        worker = soak.Soak(running, effort.seed)
-        half = min(1800.0, effort.seconds / 2)
-        worker.run(half)
-        before, files = sum(soak.memory(running).values()), own.num_fds()
-        worker.run(effort.seconds - half)
-        slope = (sum(soak.memory(running).values()) - before) * 86400 / (effort.seconds - half)
-        left_open, faults = own.num_fds() - files, running.faults()
-    yield RowFigure("memory of all processes", round(max(0.0, slope), 1), "MB a day", 2.0, round(effort.seconds))
-    yield none_of("descriptors left open", max(0, left_open), round(effort.seconds), "descriptors")
-    yield none_of("faults in the log", len(faults), round(effort.seconds), "faults")
+        minutes: list[dict[str, Any]] = []
+        for minute in soak.long_life(running, effort.seconds, effort.seed):
+            minutes.append(minute)
+            sys.stderr.write(json.dumps(minute) + "\n")
+        faults = running.faults()
+        errors = sum(count for what, count in minute["answers"].items() if " 500" in what)
+    lived = minutes[min(soak.WARM_UP_MIN, len(minutes) // 2) :]
+    ran = f"{len(minutes)} minutes of real time, of which {len(minutes) - len(lived)} to warm up"
+    trials = round(effort.seconds)
+    slope, low, high = soak.rise([sum(one["memory_mb"].values()) for one in lived])
+    why = f"{ran}; 95 %: {low:.1f} to {high:.1f}"
+    yield RowFigure("memory of all processes", round(max(0.0, slope), 1), "MB a day", 2.0, trials, "sim", why)
+    for what in ("descriptors", "threads"):
+        sums = [sum(one[what].values()) for one in lived]
+        grown = statistics.median(sums[-10:]) - statistics.median(sums[:10])
+        yield none_of(f"{what} more at the end", max(0, round(grown)), trials, what)
+    kept = [sum(mb for name, mb in one["disk_mb"].items() if name not in soak.GROWS) for one in lived]
+    slope, low, high = soak.rise(kept)
+    why = f"95 %: {low:.1f} to {high:.1f}; without the recording that runs"
+    yield RowFigure("data folder", round(max(0.0, slope), 1), "MB a day", 20.0, trials, "sim", why)
+    yield none_of("faults in the log and answers with one", len(faults) + errors, trials, "faults")
 
 
 def mutants_killed(effort: Effort) -> Iterator[RowFigure]:

@@ -486,7 +486,7 @@ ROWS = (
             "memory_stays_bounded_and_what_runs_is_not_forgotten",
         ),
         (measure.long_life,),
-        size="hours",
+        size="weekly",
     ),
     CampaignRow("R44", "page left open", "heap grows at most 5 MB an hour", (), (measure.long_page,), size="hours"),
     CampaignRow(

@@ -22,7 +22,7 @@ import psutil
 from core.gate.trace import TraceRow, read_trace
 from tests.benchmarks.frozen_link import FrozenLink
 from tests.benchmarks.real_sessions import SUBJECTS
-from tests.benchmarks.running_console import Console, console
+from tests.benchmarks.running_console import Console, console, watch
 from tests.benchmarks.strangers import own_computer
 from tests.emulators.robot_process import RobotProcess, robot_process
 
@@ -241,14 +241,3 @@ def stops_under_load(driver: str, trials: int, viewers: int) -> list[float]:
                     running.post("/api/stop")
                     times.append(onlooker.zero_after(struck, patience=0.2))
     return times
-
-
-def watch(running: Console, viewers: int, stack: contextlib.ExitStack) -> None:
-    """`viewers` sockets that read everything and one that reads nothing, in a process of their own."""
-    key = running.keys[:1] if running.signed else ()
-    command = [sys.executable, "-m", "tests.benchmarks.onlookers", str(running.port), str(viewers), *key]
-    watching = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    stack.callback(watching.wait)
-    stack.callback(watching.kill)
-    assert watching.stdout is not None
-    assert watching.stdout.readline() == "watching\n"
