@@ -539,7 +539,7 @@ def long_life(effort: Effort) -> Iterator[RowFigure]:
 
 
 def mutants_killed(effort: Effort) -> Iterator[RowFigure]:
-    alive = mutants.survivors(mutants.MUTANTS)
+    alive = [name for name, test in mutants.killers(mutants.MUTANTS).items() if not test]
     yield RowFigure(
         "mutants that survive", float(len(alive)), "mutants", 0.0, len(mutants.MUTANTS), "suite", ", ".join(alive)
     )
