@@ -6,7 +6,6 @@ import contextlib
 import itertools
 import json
 import math
-import os
 import random
 import shutil
 import signal
@@ -24,9 +23,6 @@ from playwright.sync_api import Page, sync_playwright
 from websockets.sync.client import connect
 
 from core.gate import Limits, check, read_trace
-from core.robots.process import TWIST_TIMEOUT_S
-from core.sensors.wheels import MOVING_SPEED
-from core.simulation.settings import SimulationSettings
 from tests.benchmarks import (
     gate_timing,
     halt_kills,
@@ -35,6 +31,7 @@ from tests.benchmarks import (
     mutants,
     no_motion,
     obstacles,
+    process_kills,
     recorder_kills,
     sleeping,
     soak,
@@ -53,7 +50,6 @@ SHARED_WIRES = ("foxglove", "rosbridge", "zenoh")  # on which robots can have th
 READY_S = 60.0
 HEAP_READINGS = 30
 WARM_UP_S = 60.0  # after which a page holds as much of the past as it ever shows
-FRAMES_S = 0.05  # two frames of a robot: of the driver, and of the base
 BYTES_PER_MB = 1e6
 
 
@@ -235,53 +231,23 @@ def rows_kept(effort: Effort) -> Iterator[RowFigure]:
 
 
 def everything_killed(effort: Effort) -> Iterator[RowFigure]:
-    """Each process in turn is killed → [s] until health is 200 again, or the next console's is."""
-    for module in ("core.gate.process", "core.robots.process", "console"):
-        times: list[float] = []
-        for _ in range(max(2, effort.trials // 3)):
-            times.append(_up_again(module))
-        yield worst(f"up again, {module} killed", times, 5.0, unit="s")
-
-
-def _up_again(module: str) -> float:
-    with tempfile.TemporaryDirectory() as folder:
-        running = Console(Path(folder))
-        try:
-            struck.until(lambda: not running.get("/api/health")["reasons"], READY_S)
-            children = psutil.Process(running.process.pid).children(recursive=True)
-            victims = [child.pid for child in children if module in child.cmdline()]
-            instant = time.monotonic()
-            os.kill(victims[0] if victims else running.process.pid, signal.SIGKILL)
-            if not victims:
-                running.close()
-                running = Console(Path(folder))
-            else:
-                time.sleep(0.2)  # its death is not seen before
-            struck.until(lambda: not running.get("/api/health")["reasons"], READY_S)
-            return round(time.monotonic() - instant, 2)
-        finally:
-            running.close()
+    """Each process in turn is killed while the robot drives → until all is up again, the next console included."""
+    found = list(process_kills.campaign(WIRE_DRIVERS[0], effort.trials, effort.seed))
+    for process in process_kills.PROCESSES:
+        name, times = process.removeprefix("--worker="), [one.up_s for one in found if one.process == process]
+        yield worst(f"up again, {name} killed", times, 5.0, WIRE_DRIVERS[0], unit="s")
+    answered, lost = sum(one.answered for one in found), sum(one.lost for one in found)
+    yield none_of("answered commands lost, each process killed", lost, answered, "commands", WIRE_DRIVERS[0])
 
 
 def own_failsafe(effort: Effort) -> Iterator[RowFigure]:
-    """Gate or driver are killed in a turn → [ms] until the emulated robot's wheels rest, by its own record.
-
-    The bound is the silence after which driver or base act, and the time in which the wheels come to rest then.
-    """
-    coasting = SimulationSettings().response * math.log(Limits().max_turn_rate / MOVING_SPEED)
-    silences = {"core.gate.process": TWIST_TIMEOUT_S, "core.robots.process": late_scans.FAILSAFE_S}
-    for driver, module in itertools.product(WIRE_DRIVERS, silences):
-        times: list[float] = []
-        for _ in range(max(2, effort.trials // 3)):
-            with robot_process(*SUBJECTS[driver]) as robot, contextlib.ExitStack() as stack:
-                trial = no_motion.Trial(driver, robot, stack)
-                trial.turn()
-                pid, instant = trial.child(module), time.monotonic()
-                os.kill(pid, signal.SIGKILL)
-                time.sleep(2.0)
-                times.append(1000 * max(0.0, robot.ask("rest", since=instant) - instant))
-        bound = round(1000 * (silences[module] + FRAMES_S + coasting))
-        yield worst(f"to rest, {module} killed", times, bound, driver)
+    """Gate, driver or console are killed in a turn → [ms] until the robot's wheels rest, by its own record."""
+    for driver in WIRE_DRIVERS:
+        killed = (process_kills.GATE, process_kills.DRIVER, process_kills.CONSOLE)
+        found = list(process_kills.campaign(driver, max(2, effort.trials // 3), effort.seed, killed))
+        for process in killed:
+            times = [one.rest_ms for one in found if one.process == process and one.rest_ms is not None]
+            yield worst(f"to rest, {process} killed", times, process_kills.rest_bound_ms(process), driver)
 
 
 def backlog(effort: Effort) -> Iterator[RowFigure]:
