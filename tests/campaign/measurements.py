@@ -35,6 +35,7 @@ from tests.benchmarks import (
     recorder_kills,
     sleeping,
     soak,
+    state_machine,
     strangers,
 )
 from tests.benchmarks.real_sessions import SUBJECTS
@@ -147,6 +148,15 @@ def never_by_itself(effort: Effort) -> Iterator[RowFigure]:
         event, far = max(moved.items(), key=lambda one: one[1])
         bound, tried = no_motion.STANDS, len(moved)
         yield RowFigure("motion after an event", round(far, 4), "m", bound, tried, driver, f"Most after: {event}.")
+
+
+def any_order(effort: Effort) -> Iterator[RowFigure]:
+    """Whatever may happen to a gate, in any order, against a simpler memory of what must not move."""
+    found = [state_machine.run(number) for number in range(effort.seed, effort.seed + effort.trials)]
+    violations = [violation for _, violation in found if violation]
+    why = " ".join([f"{len(found)} seeds", *violations]).replace("\n", " ")
+    steps = sum(some for some, _ in found)
+    yield RowFigure("violations of the state machine", len(violations), "steps", 0.0, steps, "gate", why)
 
 
 def two_consoles(effort: Effort) -> Iterator[RowFigure]:
@@ -490,7 +500,7 @@ def long_life(effort: Effort) -> Iterator[RowFigure]:
             minutes.append(minute)
             sys.stderr.write(json.dumps(minute) + "\n")
         faults = running.faults()
-        errors = sum(count for what, count in minute["answers"].items() if " 500" in what)
+        errors = sum(count for what, count in minutes[-1]["answers"].items() if " 500" in what)
     lived = minutes[min(soak.WARM_UP_MIN, len(minutes) // 2) :]
     ran = f"{len(minutes)} minutes of real time, of which {len(minutes) - len(lived)} to warm up"
     trials = round(effort.seconds)
