@@ -127,7 +127,7 @@ async def outline(maps: SavedMaps) -> MapOutlineRows:
 async def svg(maps: SavedMaps) -> Response:
     """The map as a plan to print or to draw on: SVG in millimetres of an A4 sheet, with rooms and zones."""
     packed = await asyncio.to_thread(lambda: plan_svg(maps.plan))
-    return file_named(packed, "map.svg", "image/svg+xml")
+    return file_named(packed, f"{maps.shown.name or 'map'}.svg", "image/svg+xml")
 
 
 @maps.get("/map.pdf", **sends_file("application/pdf"))
@@ -135,7 +135,7 @@ async def svg(maps: SavedMaps) -> Response:
 async def pdf(maps: SavedMaps) -> Response:
     """The map as a plan to print: PDF of one A4 sheet, all of it vectors."""
     packed = await asyncio.to_thread(lambda: plan_pdf(maps.plan))
-    return file_named(packed, "map.pdf", "application/pdf")
+    return file_named(packed, f"{maps.shown.name or 'map'}.pdf", "application/pdf")
 
 
 @maps.get("/landmarks.csv", **sends_file("text/csv"))

@@ -36,7 +36,7 @@ STATE_WORDS = {"pre-empted": "replaced"}  # as the page says it
 @needs("viewer")
 async def map_report(maps: SavedMaps) -> Response:
     """The map in use: its plan, what it is made of, places, zones and landmarks."""
-    return sent(await asyncio.to_thread(map_document, maps), "map")
+    return sent(await asyncio.to_thread(map_document, maps), maps.shown.name or "map")
 
 
 @reports.get("/reports/drive", **sends_file(MEDIA_TYPE))
@@ -100,7 +100,8 @@ def map_document(maps: MapService) -> str:
         rows = [(place.name, f"{place.x_m:.2f} m", f"{place.y_m:.2f} m") for place in plan.places]
         parts += ["<h2>Places</h2>", table_html(("place", "x", "y"), rows)]
     if plan.zones:
-        parts += ["<h2>Zones</h2>", table_html(("zone", "kind"), [(zone.name, zone.kind) for zone in plan.zones])]
+        rows = [(one.name, f"at most {one.max_speed:g} m/s" if one.max_speed else "keep out") for one in plan.zones]
+        parts += ["<h2>Zones</h2>", table_html(("zone", "rule"), rows)]
     rows = [
         (str(one.id), f"{one.position[0]:.2f} m", f"{one.position[1]:.2f} m", f"{deviation(one.covariance):.3f} m")
         for one in snapshot.landmarks[:MAX_LISTED]

@@ -21,12 +21,12 @@ MAX_MM_PER_M = 100.0  # a small room is drawn 1:10 at most
 BAR_LENGTHS_M = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
 AXIS_MM = 8.0
 POINTS_PER_MM = 72 / 25.4
-WALL_GREY, FLOOR_GREY, TEXT_GREY, AREA_GREY = 0.2, 0.93, 0.25, 0.5
+WALL_GREY, FLOOR_GREY, TEXT_GREY, AREA_GREY, KEEP_OUT_GREY = 0.2, 0.93, 0.25, 0.5, 0.75
 LETTER_MM, LETTER_WIDTH_MM = 4.5, 2.4  # the second on average, of a sans-serif type
 LINE_MM = 1.25 * LETTER_MM  # by which lines of words are apart
 MAX_LINES_OFF = 12  # that a name stands from what it names, where others are in its way
 PLACE_RADIUS_MM = 1.0
-DASH_MM = "2 1.2"  # of the outline of a room or a zone
+DASH_MM = "2 1.2"  # of the outline of a room or of a zone to drive slowly in
 MAX_WAY_POINTS = 3000
 WAY_COLOUR = "#0b6bcb"
 PDF_CHARACTERS = "latin-1"
@@ -44,9 +44,14 @@ class PrintedPlan:
 
     @property
     def areas(self) -> list[Array]:
-        """Polygons (N, 2) [m] of the rooms and of the zones."""
+        """Polygons (N, 2) [m] of the rooms and of the zones to drive slowly in."""
         rooms = [np.array(place.outline_m) for place in self.places if place.outline_m]
-        return rooms + [zone.points for zone in self.zones]
+        return rooms + [zone.points for zone in self.zones if zone.kind == "slow"]
+
+    @property
+    def keep_outs(self) -> list[Array]:
+        """Polygons (N, 2) [m] of the zones to keep out of."""
+        return [zone.points for zone in self.zones if zone.kind == "keep_out"]
 
 
 @dataclass(frozen=True)
@@ -98,7 +103,9 @@ class PlanLayout:
         """Return the names, on no other and on no spot, with their lower left corners; lines to far ones [mm]."""
         beside = PLACE_RADIUS_MM + 0.8
         named = [((place.x_m, place.y_m), beside, place.name) for place in plan.places]
-        named += [(zone.points.mean(axis=0), -len(zone.name) * LETTER_WIDTH_MM / 2, zone.name) for zone in plan.zones]
+        for zone in plan.zones:
+            name = zone.name if zone.max_speed is None else f"{zone.name}, {zone.max_speed:g} m/s"
+            named.append((zone.points.mean(axis=0), -len(name) * LETTER_WIDTH_MM / 2, name))
         boxes = [(*np.min(spot, axis=0), *np.max(spot, axis=0)) for spot in self.spots(plan)]
         names, lines = list[tuple[float, float, str]](), list[list[tuple[float, float]]]()
         for at, right, name in named:
@@ -156,6 +163,7 @@ def plan_svg(plan: PrintedPlan) -> bytes:
     line = np.empty((0, 2)) if plan.way is None else plan.way[:: 1 + len(plan.way) // MAX_WAY_POINTS]
     drawn = (
         f'<path fill="{grey(FLOOR_GREY)}" fill-rule="evenodd" d="{floor}"/>'
+        f'<path fill="{grey(KEEP_OUT_GREY)}" d="{path(map(layout.ring, plan.keep_outs), "Z")}"/>'
         f'<path fill="{grey(WALL_GREY)}" stroke="{grey(WALL_GREY)}" stroke-width="0.3" stroke-linejoin="round" '
         f'fill-rule="evenodd" d="{walls}"/>'
         f'<path fill="none" stroke="{grey(AREA_GREY)}" stroke-width="0.4" stroke-dasharray="{DASH_MM}" '
@@ -186,6 +194,7 @@ def plan_pdf(plan: PrintedPlan) -> bytes:
     walls, floor = (path(map(layout.ring, rings), " h") for rings in (plan.outline.walls, plan.outline.floor))
     content = (
         f"{POINTS_PER_MM:.6f} 0 0 {POINTS_PER_MM:.6f} 0 0 cm 1 j {FLOOR_GREY} g {floor} f* "
+        f"{KEEP_OUT_GREY} g {path(map(layout.ring, plan.keep_outs), ' h f')} "
         f"{WALL_GREY} g {WALL_GREY} G 0.3 w {walls} B* "
         f"{AREA_GREY} G 0.4 w [{DASH_MM}] 0 d {path(map(layout.ring, plan.areas), ' s')} [] 0 d "
         f"{TEXT_GREY} g {TEXT_GREY} G 0.4 w {path(strokes, ' S')} {path(layout.spots(plan), ' f')} {texts}"

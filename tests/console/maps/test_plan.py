@@ -42,24 +42,27 @@ def test_a_plan_is_true_to_scale_and_stays_on_its_sheet(size_m: float, shape: tu
 def test_svg_and_pdf_hold_the_same_walls_places_and_zones() -> None:
     place = NamedPlace(name="desk (2)", x_m=0.5, y_m=0.5, outline_m=((0.2, 0.2), (1.8, 0.2), (1.8, 1.0)))
     zone = MapZone(name="stairs", kind="keep_out", points=SQUARE)
-    plan = PrintedPlan(MapOutline((2 * SQUARE,), (3 * SQUARE,)), "lab <1> & (2)", (place,), (zone,))
+    slow = MapZone(name="calm", kind="slow", points=SQUARE + 1, max_speed=0.05)
+    plan = PrintedPlan(MapOutline((2 * SQUARE,), (3 * SQUARE,)), "lab <1> & (2)", (place,), (zone, slow))
     drawing = ElementTree.fromstring(plan_svg(plan))
     assert drawing.attrib["viewBox"] == "0 0 297 210"
     texts = {element.text: element for element in drawing.iter("{http://www.w3.org/2000/svg}text")}
-    assert {"lab <1> & (2)", "desk (2)", "stairs"} <= set(texts)
+    assert {"lab <1> & (2)", "desk (2)", "stairs", "calm, 0.05 m/s"} <= set(texts)
     layout = PlanLayout.of(plan.outline)
     ((x, y),) = layout.ring(np.array([[0.5, 0.5]]))
     at = np.array([float(texts["desk (2)"].attrib[axis]) for axis in "xy"])
     assert np.abs(at - (x, PAGE_MM[1] - y)).max() < 3  # beside its spot
     dashed = [one.attrib["d"] for one in drawing.iter() if "stroke-dasharray" in one.attrib]
-    assert len(dashed) == 1 and dashed[0].count("M") == 2 and dashed[0].count("L") == 2 + 3  # a room and a zone
+    assert len(dashed) == 1 and dashed[0].count("M") == 2 and dashed[0].count("L") == 2 + 3  # a room and a slow zone
+    corners = "L".join(f"{x:.2f} {PAGE_MM[1] - y:.2f}" for x, y in layout.ring(SQUARE))
+    assert [one.attrib["d"] for one in drawing.iter() if one.attrib.get("fill") == "#bfbfbf"] == [f"M{corners}Z"]
     packed = plan_pdf(plan)
     places = [int(place) for place in re.findall(rb"(\d{10}) 00000 n", packed)]
     assert [packed[place:].split(b" ", 1)[0] for place in places] == [b"1", b"2", b"3", b"4", b"5"]
     length = int(re.search(rb"/Length (\d+)", packed).group(1))  # type: ignore[union-attr]
     content = packed.split(b"stream\n", 1)[1]
     assert content[length:].startswith(b"\nendstream")
-    assert all(words in content for words in (rb"lab <1> & \(2\)", rb"(desk \(2\))", b"(stairs)"))
+    assert all(words in content for words in (rb"lab <1> & \(2\)", rb"(desk \(2\))", b"(stairs)", b"0.75 g"))
     assert zlib.crc32(packed) == zlib.crc32(plan_pdf(plan))
 
 
