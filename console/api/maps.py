@@ -14,6 +14,7 @@ from pydantic import Field
 from console.access.roles import ZIP_LIMIT, needs
 from console.api import RequestBody, SavedMaps, Who, problems, router, sends_file
 from console.http.downloads import file_named, zip_named
+from console.maps.export import known_part
 from console.maps.plan import plan_pdf, plan_svg
 from console.maps.store import MAX_NAME_LETTERS, MapInfo, SavedMapFacts
 from console.maps.trajectory import laid_out
@@ -103,11 +104,13 @@ async def nav2(maps: SavedMaps) -> Response:
 @maps.get("/map.png", **sends_file("image/png"))
 @needs("viewer")
 async def picture(maps: SavedMaps) -> Response:
-    """The map as PNG: free 254, occupied 0, unknown 205.
+    """The mapped part as PNG: free 254, occupied 0, unknown 205.
 
     The headers tell a cell's size and the lower left corner in the world frame, in metres.
     """
     grid = maps.grid
+    if grid.log_odds.any():
+        grid = known_part(grid)
     packed = await asyncio.to_thread(lambda: cv2.imencode(".png", map_pixels(grid))[1].tobytes())
     x, y = (float(value) for value in grid.origin)
     frame = {"Map-Resolution-M": f"{grid.resolution:.9g}", "Map-Origin-M": f"{x:.6f}, {y:.6f}"}

@@ -46,7 +46,7 @@ def test_a_place_is_remembered_completed_gone_to_renamed_and_removed(visit: Open
     expect(sheet.get_by_role("alert")).to_contain_text("always stops the robot")
     here.complaints[:] = [each for each in here.complaints if "422" not in each]  # the browser notes the refusal
     sheet.get_by_label("Name, as you will say it").fill("the window")
-    sheet.get_by_label("Look that way there").check()
+    sheet.get_by_label("Arrive facing").check()
     shown(here, "place-sheet")
     sheet.get_by_role("button", name="Save").click()
     expect(sheet).to_be_hidden()
@@ -91,6 +91,10 @@ def test_a_place_is_named_on_the_map(visit: Open, console: Running, hand: str) -
     sheet.get_by_label("Name, as you will say it").press("Enter")
     expect(sheet).to_be_hidden()
     here.until(lambda: len(console.ask("api/places")["places"]) == 1, "it is there")
+    expect(here.button("Name a place")).to_have_attribute("aria-pressed", "true")  # the next press names another one
+    expect(here.find(".flat-mode-bar")).to_contain_text("Press where the place is")
+    here.find(".flat-mode-bar").get_by_role("button", name="Done").click()
+    expect(here.find(".flat-mode-bar")).to_be_hidden()
     shown(here, f"named-by-{hand}")
 
 
@@ -122,7 +126,7 @@ def test_a_zone_is_drawn_on_the_map(visit: Open, console: Running, hand: str) ->
         for across, down in ((0.3, 0.55), (0.6, 0.55), (0.45, 0.75)):
             x, y = box["x"] + across * box["width"], box["y"] + down * box["height"]
             here.page.touchscreen.tap(x, y) if hand == "finger" else here.page.mouse.click(x, y)
-    expect(here.find(".flat-zone-bar")).to_contain_text("3")
+    expect(here.find(".flat-mode-bar")).to_contain_text("3")
     shown(here, f"zone-by-{hand}")
     here.page.mouse.dblclick(x, y) if hand == "mouse" else here.button("Done").click()  # the last corner again
     sheet = here.find("zone-sheet")

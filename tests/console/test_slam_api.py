@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -189,6 +190,8 @@ def test_the_map_loads_as_navs_map_server_would_load_it(live: Live) -> None:
 def test_the_map_is_had_as_picture_polygons_and_plan(live: Live) -> None:
     answer = live.ask("GET", "/api/map.png", token=live.viewer)
     assert answer.body.startswith(b"\x89PNG")
+    cells = cv2.imdecode(np.frombuffer(answer.body, np.uint8), cv2.IMREAD_UNCHANGED)
+    assert all((edge != 205).any() for edge in (cells[0], cells[-1], cells[:, 0], cells[:, -1]))  # nothing around it
     x, y = (float(part) for part in answer.headers["map-origin-m"].split(","))
     assert x < 0 and y < 0 and float(answer.headers["map-resolution-m"]) == 0.05  # the robot woke at (0, 0)
     told = live.ask("GET", "/api/map/outline", token=live.viewer).json

@@ -100,6 +100,21 @@ test("a socket that falls silent without ending is given up", () => {
   assert.equal(link.health.is, "down");
 });
 
+test("a console that is slow to answer is given more time at each attempt", () => {
+  linked();
+  /** @type {number[]} */
+  const patience = [];
+  for (let attempt = 0; attempt < 6; attempt += 1) {
+    const [count, from] = [FakeSocket.all.length, now];
+    while (newest().readyState < 2) pass(50);
+    patience.push(now - from);
+    while (FakeSocket.all.length === count) pass(50);
+  }
+  const [first = 0, second = 0, third = 0] = patience;
+  assert.ok(first < QUIET_MS + 400 && second > 1.8 * first && third > 1.8 * second, String(patience));
+  assert.ok((patience.at(-1) ?? 0) < 30_500, String(patience));
+});
+
 test("a page that was busy itself does not blame the socket", () => {
   const { link, lost } = linked();
   newest().tell({ kind: "hello" });

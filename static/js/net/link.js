@@ -6,6 +6,7 @@ import { t } from "../ui/texts.js";
 /** @import { Down, Up, AnswerMessage as Answer } from "./messages.js" */
 
 export const QUIET_MS = 3000; // without a message for that long the socket counts as dead
+const PATIENCE_MS = 30_000; // with a console that was too slow to answer before; each attempt has twice as much
 const CAMERA_HEADER_BYTES = 16; // u8 kind = 1, 3 bytes of padding, u32 sequence number, f64 stamp [s], little endian
 const ECHO_MS = 1000;
 const WATCH_MS = 200;
@@ -192,7 +193,8 @@ export class Link {
     const late = now - this.#watchedAt > 3 * WATCH_MS; // the page was busy: messages may be waiting
     this.#watchedAt = now;
     if (!socket || late) return;
-    if (now - this.#heardAt > QUIET_MS) {
+    const patience = this.#hello ? QUIET_MS : Math.min(QUIET_MS * 2 ** this.#attempt, PATIENCE_MS);
+    if (now - this.#heardAt > patience) {
       socket.close();
       this.#lost(socket); // a dead peer never answers the closing handshake
     } else this.#echo(now);

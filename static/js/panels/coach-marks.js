@@ -21,6 +21,7 @@ import { t } from "../ui/texts.js";
 
 const EDGE = 12; // [px] from the map's upper edge
 const LEAVES_MS = 6000; // of the last card
+const DESK_PX = 1024; // from which the map has room beside the card
 const POINTS = 20; // [px] up to which a hint points to its target; farther away something lies in between
 const touch = matchMedia("(pointer: coarse)").matches;
 
@@ -84,6 +85,8 @@ export class CoachMarks extends Panel {
     make("span.coach-tip"),
   );
   #asked = false;
+  /** @type {Set<Hint>} what was done already, in whatever order */
+  #met = new Set();
   /** @type {Set<number>} commands that had ended when the hint was shown */
   #old = new Set();
   #leaving = 0; // timer
@@ -104,13 +107,14 @@ export class CoachMarks extends Panel {
         this.#remember();
         return;
       }
-      const ended = this.#hints[this.#step]?.ended;
-      if (ended && rows.some((row) => !this.#old.has(row.id) && ended(row))) this.#go(this.#step + 1);
+      for (const hint of HINTS)
+        if (hint.ended && rows.some((row) => !this.#old.has(row.id) && hint.ended?.(row))) this.#meet(hint);
     });
   }
 
   begin() {
     this.#asked = true;
+    this.#met.clear();
     this.#go(0);
   }
 
@@ -128,13 +132,13 @@ export class CoachMarks extends Panel {
       !state.command
     )
       this.begin();
+    for (const one of HINTS) if (one.done?.(view)) this.#meet(one);
     const hint = this.#hints[this.#step];
-    if (hint?.done?.(view)) this.#go(this.#step + 1);
-    else if (hint && fitting().length > this.#hints.length) this.#go(fitting().indexOf(hint)); // people came in
+    if (hint && fitting().length > this.#hints.length) this.#go(fitting().indexOf(hint)); // people came in
     this.#tour.hidden = this.#step > 0 || document.querySelector(".person-chip") === null;
     if (!this.#card.hidden) this.#place();
     // Do not cover a pending command or a zone being drawn and their buttons; no hints while another operator drives.
-    const busy = state?.pending_command || document.querySelector(".flat-zone-bar:not([hidden])");
+    const busy = state?.pending_command || document.querySelector(".flat-mode-bar:not([hidden])");
     this.#card.style.visibility = busy || permission.may === "no" ? "hidden" : "";
   }
 
@@ -142,9 +146,16 @@ export class CoachMarks extends Panel {
     this.#old = new Set(this.session.history.filter(({ state }) => state !== "running").map(({ id }) => id));
   }
 
+  /** @param {Hint} hint that was followed */
+  #meet(hint) {
+    this.#met.add(hint);
+    if (this.#hints[this.#step] === hint) this.#go(this.#step + 1);
+  }
+
   /** @param {number} step */
   #go(step) {
     this.#hints = fitting();
+    for (let hint = this.#hints[step]; hint && this.#met.has(hint); hint = this.#hints[step]) step += 1;
     this.#step = step;
     this.#remember();
     const hint = this.#hints[step];
@@ -200,9 +211,13 @@ export class CoachMarks extends Panel {
     const deck = document.querySelector(".deck")?.getBoundingClientRect();
     const rather = [now, ...(rail?.height ? [rail] : []), ...(deck ? [deck] : [])];
     const beside = placed(free, { width, height }, space, stop.getBoundingClientRect(), rather);
-    const { left, top, side } = inMap
+    const over = document.querySelector(".over")?.getBoundingClientRect() ?? target;
+    const points = apart({ ...beside, right: beside.left + width, bottom: beside.top + height }, target) < POINTS;
+    const corner = { left: over.left + EDGE, top: now.top - height - EDGE, side: "" }; // of the map, where it is emptiest
+    const inside = inMap
       ? { left: (target.left + target.right - width) / 2, top: target.top + EDGE, side: "" }
-      : beside;
+      : corner;
+    const { left, top, side } = !inMap && (points || innerWidth < DESK_PX) ? beside : inside;
     this.#card.style.left = `${left}px`;
     this.#card.style.top = `${top}px`;
     const between = apart(this.#card.getBoundingClientRect(), target);

@@ -109,8 +109,8 @@ export class DrivePad extends Panel {
     write(this.#top, t("drive-pad.up_to", { speed: speed(drive.slow ? SLOW * top : top) }));
     this.#less.disabled = drive.preset === 1;
     this.#more.disabled = drive.preset === PRESETS.length;
-    write(this.#moving, speed(state.velocity.v_m_s));
-    write(this.#turning, turnRate(state.velocity.w_rad_s));
+    write(this.#moving, up ? speed(state.velocity.v_m_s) : "–");
+    write(this.#turning, up ? turnRate(state.velocity.w_rad_s) : "");
     const forbidden = permission.may === "no" && up ? permission.why : "";
     this.#explain(drive.why || forbidden || operatorInput.why, operatorInput.gamepad.advice);
   }

@@ -56,7 +56,7 @@ const HIDDEN = "landmarks,ghost"; // at first
 /** @typedef {"measure" | "name" | "zone"} Mode */
 /** What presses do instead of sending the robot: its drawing, its name, and what is said when it begins. @type {ReadonlyArray<readonly [Mode, string, string, string]>} */
 const MODES = [
-  ["measure", "measure", t("flat-map.measure_a_distance"), ""],
+  ["measure", "measure", t("flat-map.measure_a_distance"), t("flat-map.press_two_points")],
   ["name", "pin", t("flat-map.name_a_place"), t("flat-map.press_where_the_place_is")],
   ["zone", "zone", t("flat-map.draw_a_zone"), t("flat-map.press_its_corners")],
 ];
@@ -80,20 +80,20 @@ class FlatMap extends Panel {
   #fit = tool("whole", t("flat-map.whole_map"), () => this.#look("whole"));
   /** @type {Map<Mode, HTMLButtonElement>} */
   #modes = new Map(MODES.map(([mode, drawing, says]) => [mode, tool(drawing, says, () => this.#switchTo(mode))]));
-  #zoneWords = make("span");
+  #modeWords = make("span");
   #zoneDone = make("button.button.primary", { onclick: () => this.#closeZone() }, t("flat-map.done"));
   #zoneBack = make(
     "button.button",
     { onclick: () => this.#mark(this.#points.slice(0, -1)) },
     t("flat-map.last_corner_away"),
   );
-  #zoneLeave = make("button.button", { onclick: () => this.#switchTo("") }, t("place-view.cancel"));
-  #zoneBar = make(
-    "div.row.flat-zone-bar",
-    { role: "group", "aria-label": t("flat-map.draw_a_zone"), hidden: true },
-    this.#zoneWords,
+  #modeLeave = make("button.button", { onclick: () => this.#switchTo("") });
+  #modeBar = make(
+    "div.row.flat-mode-bar",
+    { role: "group", "aria-label": t("flat-map.what_a_press_does"), hidden: true },
+    this.#modeWords,
     this.#zoneBack,
-    this.#zoneLeave,
+    this.#modeLeave,
     this.#zoneDone,
   );
   #layersButton = tool("layers", t("flat-map.layers"));
@@ -139,7 +139,7 @@ class FlatMap extends Panel {
     this.#layersPanel.append(...LAYERS.map((row) => this.#switch(...row)));
     const layers = make("div.flat-layers-place", this.#layersButton, this.#layersPanel);
     this.#tools.append(this.#fit, this.#follow, ...this.#modes.values(), layers);
-    this.append(this.#canvas, this.#moving, this.#why, this.#tools, this.#zoneBar, this.#text, this.#said);
+    this.append(this.#canvas, this.#moving, this.#why, this.#tools, this.#modeBar, this.#text, this.#said);
     popover(this.#layersButton, this.#layersPanel);
     this.session.on("restarted", () => {
       [this.#plan, this.#scan] = [null, []]; // of a robot that stood elsewhere
@@ -287,10 +287,8 @@ class FlatMap extends Panel {
   /** True where a mode takes the press. @param {Point} point [m] */
   #taken(point) {
     const mode = this.#mode;
-    if (mode === "name") {
-      this.#switchTo("");
-      askName(this, { at: point });
-    } else if (mode === "zone") {
+    if (mode === "name") askName(this, { at: point });
+    else if (mode === "zone") {
       const [first, last] = this.#points.length > 2 ? [this.#points[0], this.#points.at(-1)] : []; // a double press ends it, too
       const ends = [first, last].some(
         (end) => end && apart(this.#view.drawn(end), this.#view.drawn(point)) < REACH / 2,
@@ -418,11 +416,13 @@ class FlatMap extends Panel {
     }
     const draws = this.#mode === "zone";
     const corners = draws ? this.#points : [];
-    this.#zoneBar.hidden = !draws;
+    this.#modeBar.hidden = this.#mode === "";
+    this.#zoneDone.hidden = this.#zoneBack.hidden = !draws;
     this.#zoneDone.disabled = corners.length < 3;
     this.#zoneBack.disabled = corners.length === 0;
-    const count = t("flat-map.count_corners", { count: corners.length });
-    write(this.#zoneWords, corners.length ? count : t("flat-map.press_its_corners"));
+    const count = draws ? ` ${t("flat-map.count_corners", { count: corners.length })}` : ""; // what is pressed next stays where it is
+    write(this.#modeWords, (MODES.find(([mode]) => mode === this.#mode)?.[3] ?? "") + count);
+    write(this.#modeLeave, draws ? t("place-view.cancel") : t("flat-map.done"));
     this.classList.toggle("is-measuring", this.#mode !== "");
     if (this.hidden || !state || this.#canvas.clientWidth === 0) return;
     this.#aim();

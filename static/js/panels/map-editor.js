@@ -8,7 +8,7 @@ import { apart } from "../ui/flat-drawing.js";
 import { FloorView } from "../ui/floor-view.js";
 import { day } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
-import { drawCross, trace } from "../ui/place-drawing.js";
+import { colourOf, drawCross, trace } from "../ui/place-drawing.js";
 import { refill } from "../ui/press.js";
 import { t } from "../ui/texts.js";
 import { onTheme } from "../ui/theme.js";
@@ -54,8 +54,16 @@ class MapEditor extends Panel {
   /** @type {Map<Tool, HTMLButtonElement>} */
   #tools = new Map();
   #brush = make("select.field-box.map-edit-brush", { "aria-label": t("map-editor.width_of_the_brush") });
-  #undo = make("button.button", { onclick: () => void this.#try(() => api.takeBack("undo")) }, t("map-editor.undo"));
-  #redo = make("button.button", { onclick: () => void this.#try(() => api.takeBack("redo")) }, t("map-editor.redo"));
+  #undo = make(
+    "button.button.small",
+    { onclick: () => void this.#try(() => api.takeBack("undo")) },
+    t("map-editor.undo"),
+  );
+  #redo = make(
+    "button.button.small",
+    { onclick: () => void this.#try(() => api.takeBack("redo")) },
+    t("map-editor.redo"),
+  );
   #degrees = numberField(t("map-editor.degrees"), { min: -180, max: 180, step: 0.5, value: 1 }, "place-degrees");
   #turn = make("button.button", t("map-editor.turn"));
   #name = nameField(t("map-editor.name_of_the_room"));
@@ -68,6 +76,8 @@ class MapEditor extends Panel {
   #tool = "free";
   /** @type {api.MapPicture | null} */
   #picture = null;
+  /** @type {OffscreenCanvas | null} its cells as they are drawn; null: to be painted */
+  #cells = null;
   /** @type {FloorView | null} */
   #view = null;
   /** @type {Point[]} [m] of the stroke or the corners under way */
@@ -125,9 +135,14 @@ class MapEditor extends Panel {
       scrolls: true,
     });
     this.#canvas.addEventListener("keydown", (event) => this.#key(event));
-    new ResizeObserver(() => this.#draw()).observe(this.#canvas);
+    new ResizeObserver(() => this.#whole()).observe(this.#canvas);
     marksOf(this.session).addEventListener("change", () => void this.#read());
-    onTheme(() => requestAnimationFrame(() => this.#draw()));
+    onTheme(() =>
+      requestAnimationFrame(() => {
+        this.#cells = null;
+        this.#draw();
+      }),
+    );
     this.#take("free");
   }
 
@@ -146,7 +161,7 @@ class MapEditor extends Panel {
   async #read() {
     const [picture, list] = await Promise.all([api.picture(), api.edits()]).catch(() => [null, null]);
     if (!picture || !list) return;
-    this.#picture = picture;
+    [this.#picture, this.#cells] = [picture, null];
     this.#undo.hidden = !list.edits.some(({ holds }) => holds);
     this.#redo.hidden = list.edits.every(({ holds }) => holds);
     refill(this.#list, ...[...list.edits].reverse().map((row) => this.#row(row)));
@@ -310,9 +325,9 @@ class MapEditor extends Panel {
     context.imageSmoothingEnabled = false;
     const corner = this.#view.drawn({ x: extent.left, y: extent.top });
     const scale = this.#view.scale * cell;
-    context.drawImage(image, corner.x, corner.y, scale * image.width, scale * image.height);
-    const colour = getComputedStyle(this).getPropertyValue("--accent") || "#06c";
-    context.strokeStyle = context.fillStyle = colour;
+    this.#cells ??= this.#painted(image);
+    context.drawImage(this.#cells, corner.x, corner.y, scale * image.width, scale * image.height);
+    context.strokeStyle = context.fillStyle = colourOf(this.#canvas, "accent");
     context.lineJoin = context.lineCap = "round";
     for (const { outline_m: corners = [] } of marksOf(this.session).places)
       this.#line(
@@ -331,6 +346,25 @@ class MapEditor extends Panel {
       context.lineWidth = 2;
       drawCross(context, this.#view.drawn(this.#cursor), 10);
     }
+  }
+
+  /** Floor and walls in the colours of the theme, what is unknown clear. @param {ImageBitmap} image free 254, occupied 0, unknown 205 */
+  #painted({ width, height }) {
+    const canvas = new OffscreenCanvas(width, height);
+    const context = canvas.getContext("2d");
+    if (!context || !this.#picture) return canvas;
+    context.drawImage(this.#picture.image, 0, 0);
+    const cells = context.getImageData(0, 0, width, height);
+    const [floor = 0, wall = 0] = ["plan-floor", "plan-wall"].map((name) => {
+      const [red = 0, green = 0, blue = 0] = colourOf(this.#canvas, name).match(/\d+/g)?.map(Number) ?? [];
+      return 0xff000000 + (blue << 16) + (green << 8) + red;
+    });
+    new Uint32Array(cells.data.buffer).forEach((cell, at, all) => {
+      const grey = cell & 0xff;
+      all[at] = grey > 230 ? floor : grey < 100 ? wall : 0;
+    });
+    context.putImageData(cells, 0, 0);
+    return canvas;
   }
 
   /** @param {CanvasRenderingContext2D} context @param {Point[]} points [m] @param {number} wide [px] @param {boolean} closed */

@@ -15,6 +15,7 @@ export class NameSheet extends Sheet {
   #name = nameField("", { id: "" });
   #trouble = new TroubleLine();
   #keep = make("button.button.primary", { type: "submit" }, t("place-sheet.save"));
+  #asked = 0; // number of the question
 
   /**
    * Build it, closed.
@@ -34,6 +35,9 @@ export class NameSheet extends Sheet {
   /** @param {string} name that is offered */
   ask(name) {
     this.#name.value = name;
+    this.#asked += 1;
+    this.#keep.disabled = false; // what was asked before may still be saved
+    write(this.#keep, t("place-sheet.save"));
     this.#trouble.say("");
     if (this.hasAttribute("hidden")) this.toggle();
     this.#name.focus();
@@ -52,9 +56,10 @@ export class NameSheet extends Sheet {
       this.#name.focus();
       return;
     }
+    const asked = this.#asked;
     await this.#trouble.attempt(async () => {
       this.session.announce(await this.save(name));
-      this.shut();
+      if (asked === this.#asked) this.shut();
     }, this.#keep);
   }
 }

@@ -52,6 +52,7 @@ export class TabCard extends Panel {
       mark(tab, "aria-selected", String(each === name));
       tab.tabIndex = each === name ? 0 : -1;
     }
+    this.#tabs.get(name)?.tab.scrollIntoView({ block: "nearest", inline: "nearest" });
   }
 
   /** @param {HTMLElement} panel */

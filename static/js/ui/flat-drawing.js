@@ -46,6 +46,7 @@ const FARTHER_PX = 24;
 const [ABOVE, BELOW] = [-9, 19]; // [px] of words beside a point
 const LINE_PX = 15; // by which lines of words are apart
 const SMALL_PX = 300; // a map that is no wider has no words
+const NARROW_PX = 560; // one that is no wider has its scale above: the status is below
 const SAME_M = 0.6; // [m] within which the person who is followed is someone in the room
 export const PIN_PX = 12; // of a place: height of its head
 const TOOLS_PX = 48; // width of the map's tools
@@ -64,7 +65,7 @@ export function drawFlat(canvas, view, scene) {
   const colour = (name) => colourOf(canvas, name);
   const brush = new Brush(context, view, colour, canvas.clientWidth < SMALL_PX);
   const { state, layers, robot } = scene;
-  const { left, right } = scene.covered;
+  const { left, right, top, bottom } = scene.covered;
   brush.inside = { left, right: canvas.clientWidth - right - (right && TOOLS_PX) }; // the small view has none
   brush.keepFree(robot);
   if (layers.has("places")) for (const { x_m: x, y_m: y } of scene.places) brush.keepFree({ x, y }, PIN_PX / 2);
@@ -100,7 +101,8 @@ export function drawFlat(canvas, view, scene) {
   brush.measured(scene.measured);
   brush.corners(scene.corners);
   if (scene.cursor) brush.cross(scene.cursor);
-  brush.scale(scene.covered.left + SCALE_PX, canvas.clientHeight - scene.covered.bottom - SCALE_PX);
+  const low = canvas.clientWidth < NARROW_PX ? top + 2 * SCALE_PX : canvas.clientHeight - bottom - SCALE_PX;
+  brush.scale(left + SCALE_PX, low);
 }
 
 /**

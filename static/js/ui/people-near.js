@@ -16,6 +16,7 @@ const SENTENCES = ["come here", "follow me", "stop"];
 export class PeopleNear extends HTMLElement {
   #session;
   #row = make("div.people-row", { role: "group", "aria-label": t("people-near.who_is_near") });
+  #about = make("p.note", { hidden: true }, t("people-near.press_a_name"));
   #bubble = make("form.people-bubble", { hidden: true });
   #own = make("input.field-box", {
     type: "text",
@@ -49,7 +50,7 @@ export class PeopleNear extends HTMLElement {
       this.#own.value = "";
     });
     this.#bubble.addEventListener("keydown", (event) => event.key === "Escape" && this.#open(""));
-    this.append(this.#row, this.#bubble);
+    this.append(this.#about, this.#row, this.#bubble);
     addEventListener("person-press", (event) => {
       const { name } = /** @type {CustomEvent<{name: string}>} */ (event).detail; // pressed on the map
       if (!this.#people.some(({ id }) => id === name)) return;
@@ -68,6 +69,7 @@ export class PeopleNear extends HTMLElement {
     const simulated = hello?.robot.capabilities.includes("simulate") === true && state?.ears != null;
     const off = !up || permission.may === "no";
     if (!simulated && state) this.#tellNear(state, off || hello?.robot.drives !== true);
+    this.#about.hidden = !simulated;
     if (simulated) this.hidden = this.#people.length === 0;
     if (!simulated || !state) return;
     const now = performance.now();

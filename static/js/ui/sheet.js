@@ -28,13 +28,14 @@ export class Sheet extends Panel {
     this.#close.focus();
   }
 
-  /** A press beside the dialog closes it. On a tool or a tab it is a press on that, too. @param {MouseEvent} event */
+  /** A press beside the dialog closes it. On a tool, a tab or the command line it is a press on that, too. @param {MouseEvent} event */
   #leave({ clientX, clientY }) {
     this.shut();
     const below = document
       .elementFromPoint(clientX, clientY)
-      ?.closest("[role=toolbar] button, [role=tab], page-menu a");
-    if (below instanceof HTMLElement) below.click();
+      ?.closest("[role=toolbar] button, [role=tab], page-menu a, .words");
+    if (below instanceof HTMLInputElement) below.focus();
+    else if (below instanceof HTMLElement) below.click();
   }
 
   shut() {
