@@ -21,19 +21,19 @@ from console.workers.job import (
     packed,
 )
 from core import errors
-from core.errors import BadInput, BeckonError
+from core.errors import BadInput, Unavailable
 from core.sentences import coded
 
 log = logging.getLogger(__name__)
 
-START_TIMEOUT_S = 30.0  # until a worker has to be ready
+START_TIMEOUT_S = 90.0  # until a worker has to be ready, on a busy computer too
 END_TIMEOUT_S = 1.0  # that a worker whose pipe is closed may take to end by itself
 CLOCK_BUDGET_RATIO = 4.0  # times its processor time that a job may take by the clock
 MOST_ANSWER = 2**26  # [bytes] of one answer
 READY = msgspec.msgpack.Decoder(JobResult[None])  # what a worker says first
 
 
-class WorkerLost(BeckonError):
+class WorkerLost(Unavailable):
     """The worker is gone, and with it the job; the text says why."""
 
     def __init__(self, words: str, *, killed: bool = False) -> None:

@@ -40,6 +40,14 @@ def listed(live: Live) -> list[dict[str, Any]]:
     return live.until(lambda: ask(live, "GET", "").json["experiments"], 120.0)
 
 
+def test_a_reader_that_is_lost_is_told_and_tried_again(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as busy:
+        busy.setattr("console.workers.worker.START_TIMEOUT_S", 0.0)
+        told = live.until(lambda: (one := ask(live, "GET", "")).status != 200 and one, 60.0)
+        assert (told.status, told.json["detail"]) == (503, "That took too long, so it was given up.")
+    assert live.until(lambda: ask(live, "GET", "").json.get("experiments"), 120.0)
+
+
 def processes_of(number: str) -> list[str]:
     """Command lines of the processes that work for a run."""
     found: list[str] = []
