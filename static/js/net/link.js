@@ -175,7 +175,7 @@ export class Link {
   /** @param {WebSocket} socket @param {string} [why] */
   #lost(socket, why = "") {
     if (socket !== this.#socket) return;
-    this.#why = why || this.#why;
+    this.#why = (/^keepalive/.test(why) ? "" : why) || this.#why; // the library's words say no more than that it is lost
     const wait = waitBefore(this.#attempt, Math.random());
     this.#socket = null;
     this.#hello = false;

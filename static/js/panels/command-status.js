@@ -132,7 +132,7 @@ class CommandStatus extends Panel {
     const command = state?.command?.state === "running" ? state.command : null;
     const route = command && command.source !== "route" ? null : routeUnderWay(state);
     this.#cancel.hidden = !command && !route;
-    this.#steer.hidden = !route;
+    this.#steer.hidden = !route || view.hello?.you.role === "viewer"; // who may stop it, and no more
     this.#steer.disabled = !up;
     write(this.#steerWords, route?.state === "paused" ? t("route-card.go_on") : t("route-card.pause"));
     this.#progress.element.hidden = !command || command.progress === null;

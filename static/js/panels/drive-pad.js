@@ -103,6 +103,7 @@ export class DrivePad extends Panel {
     mark(this.#stick, "data-off", !up || permission.may === "no");
     for (const button of this.#presets.querySelectorAll("button")) {
       mark(button, "aria-pressed", String(Number(button.dataset["preset"]) === drive.preset));
+      button.disabled = hello.you.role === "viewer";
     }
     const top = (PRESETS[drive.preset - 1] ?? 0) * hello.robot.max_speed_m_s;
     write(this.#preset, drive.slow ? t("drive-pad.slow") : t("drive-pad.speed_preset", { preset: drive.preset }));

@@ -111,6 +111,7 @@ const at = (azimuth, radius) =>
 customElements.define("sound-rose", SoundRose);
 
 const MOST_LINES = 6;
+const TOUCH = matchMedia("(pointer: coarse)").matches;
 const CHECK = t("hearing-card.check_the_microphones");
 
 class HearingCard extends Panel {
@@ -175,7 +176,8 @@ class HearingCard extends Panel {
     const quiet = on ? silence(ears) : "";
     write(this.#where, voice ? describe(voice) : quiet);
     this.#where.hidden = this.#where.textContent === "";
-    write(this.#none, hint(on, ears?.voice_control ?? false));
+    const says = hint(on, ears?.voice_control ?? false);
+    write(this.#none, TOUCH ? says.replace(" (V)", "") : says);
   }
 
   /** Check three seconds of sound for wiring faults. */

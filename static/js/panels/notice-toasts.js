@@ -11,6 +11,7 @@ import { t } from "../ui/texts.js";
 /** @typedef {"info" | "warning" | "error"} Level */
 
 const STAYS_MS = { info: 6000, warning: 15000, error: Infinity };
+const WORD_MS = 300; // for each of its words
 const OFFER_STAYS_MS = 20000;
 const MOST = 3;
 const SAID = ["command-status", "banner-stack"]; // where a sentence stands already
@@ -117,7 +118,10 @@ const drawing = (level) => (level === "info" ? "info" : "warning");
 /** @param {HTMLElement} toast @param {Level} level */
 function leave(toast, level) {
   if (STAYS_MS[level] < Infinity)
-    setTimeout(() => toast.dataset["level"] === level && takeAway(toast), STAYS_MS[level]);
+    setTimeout(
+      () => toast.dataset["level"] === level && takeAway(toast),
+      STAYS_MS[level] + WORD_MS * (toast.textContent ?? "").split(" ").length,
+    );
 }
 
 customElements.define("notice-toasts", NoticeToasts);

@@ -28,6 +28,15 @@ const STATES = {
   paused: t("route-card.paused_before"),
   ended: t("route-card.ended_at"),
 };
+/** @type {ReadonlyArray<readonly [Stop["action"], string]>} */
+const ACTIONS = [
+  [null, t("route-card.only_wait")],
+  ["wait_for_continue", t("route-card.until_go_on")],
+  ["come_here", t("route-card.come_here")],
+  ["say", t("route-card.say")],
+  ["take_a_picture", t("route-card.take_a_picture")],
+  ["record", t("route-card.record")],
+];
 /** Which buttons make sense in which state. @type {Readonly<Record<string, readonly string[]>>} */
 const MAY = {
   driving: ["pause", "skip", "stop"],
@@ -122,10 +131,11 @@ class RouteCard extends Panel {
   }
 
   /** @override @param {View} view */
-  show({ hello, state }) {
+  show({ hello, state, up }) {
     this.#operates = hello !== null && hello.you.role !== "viewer" && hello.robot.drives;
     this.#new.hidden = !this.#operates;
     this.#draw();
+    for (const button of this.querySelectorAll("button")) if (button !== this.#save) button.disabled = !up;
     const route = state?.route;
     const gone = route?.state === "ended" && !marksOf(this.session).routes.some(({ name }) => name === route.name);
     this.#under.hidden = !route || gone; // one of another map
@@ -160,7 +170,16 @@ class RouteCard extends Panel {
     const start = make("button.button", { "aria-label": t("route-card.start_name", { name }) }, t("route-card.start"));
     start.addEventListener("click", () => void this.#trouble.attempt(() => startRoute(name)));
     const away = remover(name, () => this.#trouble.attempt(() => removeRoute(name)));
-    const body = make("div.place-body", make("p.place-name", name), make("p.note", loop ? `${way} ↻` : way));
+    const does = stops.map(({ place, wait_s: wait, action }) => {
+      const does = [wait > 0 && `${wait} s`, action && ACTIONS.find(([one]) => one === action)?.[1]].filter(Boolean);
+      return does.length && `${place}: ${does.join(", ")}`;
+    });
+    const body = make(
+      "div.place-body",
+      make("p.place-name", name),
+      make("p.note", loop ? `${way} ↻` : way),
+      make("p.note", does.filter(Boolean).join(" · ")),
+    );
     const change = () => {
       this.#lay(route);
       this.#openForm();
@@ -197,12 +216,7 @@ class RouteCard extends Panel {
     const action = make(
       "select.field-box",
       { "aria-label": t("route-card.action_at_place", { place }) },
-      make("option", { value: "" }, t("route-card.only_wait")),
-      make("option", { value: "wait_for_continue" }, t("route-card.until_go_on")),
-      make("option", { value: "come_here" }, t("route-card.come_here")),
-      make("option", { value: "say" }, t("route-card.say")),
-      make("option", { value: "take_a_picture" }, t("route-card.take_a_picture")),
-      make("option", { value: "record" }, t("route-card.record")),
+      ...ACTIONS.map(([value, words]) => make("option", { value: value ?? "" }, words)),
     );
     const words = t("route-card.words_at_place", { place });
     const more = { maxlength: "280", value: stop.text ?? "", placeholder: "" };
@@ -226,6 +240,7 @@ class RouteCard extends Panel {
       make("span.place-name", stop.place),
       iconButton("chevron", earlier, () => this.#move(index, index - 1), { title: earlier, look: "small turned" }),
       iconButton("close", away, drop, { title: away, look: "small" }),
+      t("route-card.wait"),
       wait,
       "s",
       action,

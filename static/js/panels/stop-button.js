@@ -9,6 +9,7 @@ import { t } from "../ui/texts.js";
 
 const SHOWN_MS = 700;
 const ANSWERED_MS = 3000;
+const MAX_ANSWER_MS = 10_000; // a later answer says how long the link was lost, not how quickly the robot was stopped
 const MOVING = 0.01; // [m/s], [rad/s]
 const TOUCH_MS = 600; // the click that follows a touch is the same press
 
@@ -43,7 +44,7 @@ class StopButton extends Panel {
       if (performance.now() - this.#touchedAt > TOUCH_MS) this.session.stop();
     });
     this.session.on("stop-answered", (ms) => {
-      this.#answered = t("stop-button.answered_in_ms_ms", { ms });
+      this.#answered = ms < MAX_ANSWER_MS ? t("stop-button.answered_in_ms_ms", { ms }) : "";
       clearTimeout(this.#answers);
       this.#answers = setTimeout(() => (this.#answered = ""), ANSWERED_MS);
     });

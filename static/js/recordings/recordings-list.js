@@ -54,9 +54,10 @@ class RecordingsList extends PagePanel {
   /** @override */
   draw() {
     const { recordings, busy, trouble } = this.model;
-    write(this.#status, busy || trouble);
-    mark(this.#status, "data-tone", busy ? "busy" : null);
-    this.#status.hidden = !(busy || trouble);
+    const does = busy || (recordings || trouble ? "" : t("recordings-list.reading"));
+    write(this.#status, does || trouble);
+    mark(this.#status, "data-tone", does ? "busy" : null);
+    this.#status.hidden = !(does || trouble);
     if (!recordings) return;
     this.#empty.hidden = recordings.length > 0;
     /** @type {Map<string, {row: HTMLElement, drawn: string}>} */

@@ -14,8 +14,6 @@ import { t } from "./texts.js";
  */
 
 const STALE_S = 0.8;
-const PLAIN =
-  "Plain HTTP: anyone on this network can read along and drive the robot. Start Beckon with --tls-cert and --tls-key.";
 
 /** @param {View} view @returns {Banner[]} */
 export function banners(view) {
@@ -45,7 +43,7 @@ export function banners(view) {
     hello.robot.drives && state.slam.looking_around && !state.floor.lost
       ? calmly("looking", "calm", "eye", t("banners.looking_around_the_robot_stands_still"))
       : null,
-    view.secure ? null : calmly("plain", "stale", "warning", PLAIN),
+    view.secure ? null : calmly("plain", "stale", "warning", t("banners.plain_http")),
   ];
   return candidates.filter((banner) => banner !== null);
 }
