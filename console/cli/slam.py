@@ -32,10 +32,7 @@ def add(subcommands: Any) -> None:
 
 
 def run(chosen: argparse.Namespace) -> int:
-    from core.pipelines.slam import (
-        ChosenSensors,
-        slam_log,
-    )  # scipy and OpenCV take a moment: only where they are needed
+    from core.pipelines.slam import ChosenSensors, slam_log  # scipy and OpenCV take a moment: only where needed
     from core.settings import load
 
     began = time.perf_counter()
