@@ -45,7 +45,7 @@ from console.recording.work import (
     with_cause,
 )
 from console.robot.supervisor import RobotSupervisor
-from console.workers.worker import Worker
+from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, BeckonError, Refused
 from core.files import reason, saving, write_atomic
 from core.pilot.pilot import Pilot
@@ -511,19 +511,10 @@ class RecordingService(Part):
         """Every recording, the newest first, with the one that runs."""
         found: list[FinishedRecording] = []
         for name, changed, size in await asyncio.to_thread(self._sizes):
-            path = self._path(name)
-            if path.suffix != ENDING:  # its reader judges it when it is opened
-                self._known[name, changed] = FinishedRecording(name, 0.0, size, {}, changed)
-            elif (name, changed) not in self._known:
-                try:  # beside the recorder: what a stranger wrote may break who reads it
-                    read = await self._cutter.ask(ReadRecording(str(path)), budget=FILE_BUDGET_S)
-                except BeckonError:
-                    read = FinishedRecording(name, 0.0, size, {}, changed, complete=False)
-                self._known[name, changed] = read
-            one = self._known[name, changed]
+            one = await self._looked_at(name, changed, size)
             note = self._notes.get(name, RecordingNote(one.note)).note
             cut = {} if one.complete else with_cause(CUT)
-            found.append(msgspec.structs.replace(one, note=note, file=path.name, **cut))
+            found.append(msgspec.structs.replace(one, note=note, file=self._path(name).name, **cut))
         running = self._running
         for name, changed, size in await asyncio.to_thread(self._parts):
             if name not in (running and running.name, self._keeps):
@@ -532,6 +523,23 @@ class RecordingService(Part):
         if running is not None:
             found.append(msgspec.structs.replace(running, **with_cause(Statement("recording.records"))))
         return sorted(found, key=lambda one: one.started_s, reverse=True)
+
+    async def _looked_at(self, name: str, changed: float, size: int) -> FinishedRecording:
+        """What a file says of itself. It is read once, or again, where its reader was not to blame."""
+        path, known = self._path(name), self._known.get((name, changed))
+        if path.suffix != ENDING:  # its reader judges it when it is opened
+            known = FinishedRecording(name, 0.0, size, {}, changed)
+        if known is not None:
+            return known
+        try:  # beside the recorder: what a stranger wrote may break who reads it
+            read = await self._cutter.ask(ReadRecording(str(path)), budget=FILE_BUDGET_S)
+        except BeckonError as trouble:
+            unread = with_cause(Statement("recording.unread", trouble=trouble))
+            read = FinishedRecording(name, 0.0, size, {}, changed, **unread)
+            if isinstance(trouble, WorkerLost) and trouble.killed:
+                return read
+        self._known[name, changed] = read
+        return read
 
     def file(self, name: str) -> Path:
         """The file of a finished recording. Raises Problem 404."""

@@ -129,9 +129,9 @@ class Worker:
                 if length > MOST_ANSWER:
                     raise WorkerLost("The worker process talks nonsense; it is started again.")
                 return decoder.decode(await reader.readexactly(length))
-        except TimeoutError:
+        except TimeoutError:  # by the clock: its processor time has a limit of its own
             self.kill()
-            raise WorkerLost("That took too long, so it was given up.") from None
+            raise WorkerLost("That took too long, so it was given up.", killed=True) from None
         except (OSError, asyncio.IncompleteReadError):
             raise await self._last_words() from None
         except (msgspec.MsgspecError, BadInput):

@@ -24,6 +24,7 @@ from rosbags.highlevel import AnyReader
 from console.access.roles import ANY_FILE
 from console.recording.service import RecordingService
 from console.recording.work import ReadRecording, RecorderWorker, RecoverRecordings
+from console.workers.worker import Worker, WorkerLost
 from core.errors import Refused, Unwritable
 from core.geometry import Pose, wrap
 from core.pipelines.slam import slam_log
@@ -284,6 +285,26 @@ def test_a_killed_recorder_loses_a_second_and_the_rest_is_recovered(live: Live, 
 def test_of_a_recorder_killed_at_any_instant_what_is_older_than_a_second_is_there() -> None:
     kills = [killed_recorder(random.Random(seed)) for seed in (1, 2)]
     assert [one["missing"] for one in kills] == [0, 0] and sum(one["due"] for one in kills) > 5
+
+
+def test_a_recording_that_could_not_be_read_in_time_is_not_called_unfinished(
+    live: Live, recorded: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copy(recorded[1], live.home / "recordings" / "slow.mcap")
+
+    async def given_up(_worker: Worker, _job: object, *, budget: float) -> object:
+        raise WorkerLost(f"That took longer than {budget} s.", killed=True)
+
+    def slow() -> dict[str, Any]:
+        rows = ask(live, "GET", "recordings").json["recordings"]
+        return next(row for row in rows if row["name"] == "slow")
+
+    with monkeypatch.context() as busy:
+        busy.setattr(Worker, "ask", given_up)
+        row = slow()
+        assert (row["complete"], row["code"]) == (True, "recording.unread") and "took longer" in row["cause"]
+    assert (slow()["cause"], slow()["seconds"] > 1) == ("", True)
+    assert ask(live, "DELETE", "recordings/slow").status == 204
 
 
 def test_a_file_that_is_still_written_is_left_to_its_process(tmp_path: Path) -> None:
