@@ -525,7 +525,7 @@ class RecordingService(Part):
         return sorted(found, key=lambda one: one.started_s, reverse=True)
 
     async def _looked_at(self, name: str, changed: float, size: int) -> FinishedRecording:
-        """What a file says of itself. It is read once, or again, where its reader was not to blame."""
+        """Describe a file. It is read once, or again where its reader was not to blame."""
         path, known = self._path(name), self._known.get((name, changed))
         if path.suffix != ENDING:  # its reader judges it when it is opened
             known = FinishedRecording(name, 0.0, size, {}, changed)
