@@ -30,7 +30,7 @@ ABOUT = About(
     seed=40,
     counts="drives in every place",
     base_s=0.0,
-    run_s=0.0,
+    run_s=250.0,
     swept=("places.1.rows.laser.mean_error_m", "places.1.rows.all.mean_error_m"),
 )
 
