@@ -28,11 +28,13 @@ class Statement(str):
 
     said: SentenceCode
 
-    def __new__(cls, code: str, /, **values: object) -> Self:
+    def __new__(cls, code: str, /, **values: object) -> "Statement":
         """Put `values` into the words of `code`."""
+        if not values:
+            return _pattern(code)
         text = catalogue()[KEY + code]
         texts = {name: str.__str__(str(value)) for name, value in values.items()}  # plain, whatever they are
-        return cls.of(text.format_map(texts) if texts else text, code, texts)
+        return cls.of(text.format_map(texts), code, texts)
 
     @classmethod
     def of(cls, text: str, code: str | None, values: dict[str, str] | None) -> Self:
@@ -67,6 +69,12 @@ def plain(value: object) -> str:
     if not isinstance(value, Statement):
         raise NotImplementedError(f"Objects of type {type(value).__name__} cannot be written.")
     return str.__str__(value)
+
+
+@cache
+def _pattern(code: str) -> Statement:
+    """The sentence of a code without values; a pilot asks for eight with every frame."""
+    return Statement.of(catalogue()[KEY + code], code, {})
 
 
 @cache
