@@ -19,7 +19,7 @@ export function create() {
   marks.append(...[places, routes].filter((part) => part !== undefined));
   const title = make("h2.visually-hidden", t("main.present_map"));
   const [editor, join, nav2] = ["map-editor", "join-card", "nav2-card"].map((name) => document.createElement(name));
-  const tools = make("section.card.maps-card", { "aria-label": t("map-editor.edit_the_map") });
+  const tools = make("section.card.maps-card", { id: "edit", "aria-label": t("map-editor.edit_the_map") });
   tools.append(...[editor, join, nav2].filter((part) => part !== undefined));
   return { element: make("div.maps-page", title, saved, marks, tools, own) };
 }

@@ -13,6 +13,7 @@ import { TroubleLine } from "../ui/trouble-line.js";
 /** @import { View } from "../net/session.js" */
 /** @import { SavedMapRow as SavedMap } from "../net/rest.js" */
 
+const ITSELF = "Beckon"; // who keeps a map of its own accord
 const FILES = /** @type {const} */ ([
   ["api/map", t("map-card.map"), t("map-card.nav2_yaml_and_pgm")],
   ["api/map.png", t("map-card.picture"), "PNG"],
@@ -60,7 +61,13 @@ class MapCard extends Panel {
         "section.map-present",
         { "aria-label": t("main.present_map") },
         this.#sheet,
-        make("div.map-keep", this.#now, this.#form, this.#trouble.element),
+        make(
+          "div.map-keep",
+          this.#now,
+          this.#form,
+          this.#trouble.element,
+          this.closest(".page") && make("a", { href: "#edit" }, t("map-editor.edit_the_map")),
+        ),
         make("div.map-take", downloads, make("div.map-files", ...files)),
       ),
       make(
@@ -153,7 +160,7 @@ class MapCard extends Panel {
         "div.map-body",
         make("p.inline.map-name", map.name, current && make("span.map-badge", t("map-card.in_use"))),
         make("p.note", about),
-        make("p.note", `${day(map.saved_s)}, ${map.by}`),
+        make("p.note", `${day(map.saved_s)}, ${map.by === ITSELF ? t("map-card.kept_by_itself") : map.by}`),
       ),
     );
     const acts = make("div.map-acts");

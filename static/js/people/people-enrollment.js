@@ -86,7 +86,7 @@ class PeopleEnrollment extends PagePanel {
   );
   #enrollment = make(
     "section.card.page-card",
-    { "aria-label": t("people-enrollment.enrollment") },
+    { "aria-label": t("people-enrollment.enrollment"), hidden: true },
     this.#advice,
     this.#steps,
     this.#stage,
