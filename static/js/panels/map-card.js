@@ -66,7 +66,7 @@ class MapCard extends Panel {
           this.#now,
           this.#form,
           this.#trouble.element,
-          this.closest(".page") && make("a", { href: "#edit" }, t("map-editor.edit_the_map")),
+          this.closest(".page") && make("a.link.map-to-edit", { href: "#edit" }, t("map-editor.edit_the_map")),
         ),
         make("div.map-take", downloads, make("div.map-files", ...files)),
       ),
