@@ -83,11 +83,19 @@ class KilledTrial(Trial):
         return found
 
     def drive(self, chance: random.Random) -> None:
-        """Turn by a command that is answered, and be at it now."""
-        for words in ("stop moving", "turn left"):
-            self.answered.append(self.running.answer("/api/commands", {"text": words})["id"])
+        """Turn by commands that are answered, and be at it now."""
+        self.command("stop moving")
         self.look(chance.uniform(0.0, 0.5))
-        until(lambda: self.robot.ask("moved", since=time.monotonic() - NOW_S) > TURNING_RAD)
+        until(self.turns)
+
+    def command(self, words: str) -> None:
+        self.answered.append(self.running.answer("/api/commands", {"text": words})["id"])
+
+    def turns(self) -> bool:
+        """Whether it turned in the last moment; a turn that is over is followed by another."""
+        if self.running.get("/api/state")["command"] is None:
+            self.command("turn left")
+        return self.robot.ask("moved", since=time.monotonic() - NOW_S) > TURNING_RAD
 
     def kill(self, process: str) -> ProcessKill:
         """Kill it, and wait until all is up."""
@@ -107,7 +115,8 @@ class KilledTrial(Trial):
         up = time.monotonic() - instant
         self.look(max(0.0, WATCHED_S - up))
         rest = round(1000 * (self.robot.ask("rest", since=instant) - instant), 1)
-        return ProcessKill(process, None if process == RECORDER else rest, round(up, 2), answered, lost)
+        drove = process != RECORDER and rest > 0.0  # one that had come to its end shows nothing
+        return ProcessKill(process, rest if drove else None, round(up, 2), answered, lost)
 
 
 def stored(folder: Path) -> set[int]:

@@ -107,6 +107,7 @@ class Soak:
     def patrol(self, seconds: float) -> None:
         """A route round and round, with people who come, go and talk about the weather."""
         self._post("/api/routes/patrol/start", {"unattended": True})
+        self._post("/api/route/resume", {})  # where an order paused it
         until = time.monotonic() + seconds
         while (left := until - time.monotonic()) > 0:
             x, y = self._chance.uniform(-1.0, 3.5), self._chance.uniform(1.5, 3.4)

@@ -502,7 +502,8 @@ def long_life(effort: Effort) -> Iterator[RowFigure]:
         faults = running.faults()
         errors = sum(count for what, count in minutes[-1]["answers"].items() if " 500" in what)
     lived = minutes[min(soak.WARM_UP_MIN, len(minutes) // 2) :]
-    ran = f"{len(minutes)} minutes of real time, of which {len(minutes) - len(lived)} to warm up"
+    warm_up = len(minutes) - len(lived)
+    ran = f"{len(minutes)} minutes of real time instead of a simulated day, which takes a day; {warm_up} to warm up"
     trials = round(effort.seconds)
     slope, low, high = soak.rise([sum(one["memory_mb"].values()) for one in lived])
     why = f"{ran}; 95 %: {low:.1f} to {high:.1f}"
