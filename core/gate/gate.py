@@ -264,6 +264,9 @@ class Gate:
 
     def tick(self, now: float) -> Twist:
         """Advance by one tick, every 20 ms → the twist of the wheels."""
+        if self._ticked is not None and now < self._ticked:  # what was noted has a time that is yet to come
+            self._seen = self._heard = self._troubled = -math.inf
+            self._nonces.mark(now)
         if self._accepted is not None and (trouble := self._trouble(self._accepted, now)):
             if self._accepted.source == "goal" and trouble in BUSY and now - (self._ticked or now) < HOLD_S:
                 self._hold(self._accepted.press, trouble, now)

@@ -367,6 +367,22 @@ def test_time_that_runs_backwards_trips(bench: Bench, back: float) -> None:
     bench.trace.rows.clear()
 
 
+def test_where_the_clock_was_set_back_nothing_of_before_counts_as_fresh(bench: Bench) -> None:
+    bench.hold("jog", 0.0, seconds=0.5)
+    early = bench.gate.nonce
+    bench.now -= 2.0
+    bench.scans = False
+    bench.run(0.1)
+    late = bench.order("goal", 0.2, 0.0, 9, nonce=early)
+    assert bench.gate.accept(late, bench.now) == "It was sent before the robot was stopped."
+    bench.hold("jog", 0.2, seconds=1.0)
+    assert bench.speed == 0.0 and bench.gate.status().reason == "waiting for a fresh scan"
+    bench.scans = True
+    bench.hold("jog", 0.2, seconds=0.4)
+    assert bench.speed == 0.2
+    bench.trace.rows.clear()
+
+
 def test_without_a_fresh_scan_it_stands_and_goes_on_when_scans_return(bench: Bench) -> None:
     bench.hold("goal", 0.2, seconds=0.4)
     bench.scans = False

@@ -9,9 +9,22 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from core.gate import TICK_S, Gate, Limits, Setpoint, TraceWriter, check
-from core.gate.gate import TROUBLE_HELD_S
+from core.gate.gate import MAX_BLIND_S, STEADY_S, TROUBLE_HELD_S
 
 LIMITS = Limits()
+READY_TICKS = math.ceil((max(TROUBLE_HELD_S, STEADY_S) + 0.1) / TICK_S)
+FIRST_FRESH_PRESS = 10**6
+LASTING = ("the_gate_is_frozen", "the_clock_is_set_back")
+EVENTS = (
+    *LASTING,
+    "the_machine_slept",
+    "the_robot_cannot_be_driven",
+    "bumper",
+    "stop",
+    "halt",
+    "disarm",
+    "another_takes_it",
+)
 speeds = st.one_of(
     st.floats(-0.5, 0.5), st.sampled_from([0.0, -0.0, 1e300, math.nan, math.inf, -math.inf, True, "0.1", None])
 )
@@ -39,6 +52,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
         self.beat = self.scan = self.troubled = -math.inf
         self.set_back = 0  # times that the clock was
         self.trace.write(self.gate.status(), 0, "boot", self.now)
+        self.tick()
         self.look()
 
     def look(self) -> None:
@@ -49,6 +63,11 @@ class AnyOrderOfThings(RuleBasedStateMachine):
         self.dead |= self.in_force
         self.in_force.clear()
         assert not self.gate.twist.moves
+
+    def hand_stops(self) -> None:
+        """What is held by hand is over; a goal may wait for a while."""
+        assert not self.gate.twist.moves
+        self.dead |= {press for press in self.in_force if press[0] == "jog"}
 
     def note(self, order: Setpoint) -> None:
         """Judge an order with the simple memory, whatever the gate says, and compare."""
@@ -89,6 +108,59 @@ class AnyOrderOfThings(RuleBasedStateMachine):
             self.order(source, v, 0.1, press, 0, 0)
             self.tick()
 
+    @rule(
+        source=sources,
+        v=st.floats(0.05, 0.3),
+        count=st.integers(1, 12),
+        ticks=st.integers(1, 60),
+        beats=st.booleans(),
+        scans=st.booleans(),
+        steers=st.booleans(),
+    )
+    def drive_until_something_is_silent(
+        self, source: str, v: float, count: int, ticks: int, beats: bool, scans: bool, steers: bool
+    ) -> None:
+        press = self.drive_at_last(source, v, count)
+        for _ in range(ticks):
+            if steers:
+                self.look()
+                self.order(source, v, 0.1, press, 0, 0)
+            self.time_passes(1, beats, scans, looks=False)
+        self.drive_properly(source, v, press, 2)  # the key is still held
+
+    @rule(
+        source=sources,
+        v=st.floats(0.05, 0.3),
+        count=st.integers(1, 12),
+        event=st.sampled_from(EVENTS),
+        seconds=st.floats(0.101, 0.3),
+    )
+    def drive_until_something_happens(self, source: str, v: float, count: int, event: str, seconds: float) -> None:
+        press = self.drive_at_last(source, v, count)
+        happens = getattr(self, event)
+        happens(seconds) if event in LASTING else happens(True) if event == "bumper" else happens()
+        self.drive_properly(source, v, press, 2)  # the key is still held
+
+    def drive_at_last(self, source: str, v: float, count: int) -> int:
+        """Drive by a press that was never used → its number."""
+        self.be_ready()
+        press = FIRST_FRESH_PRESS + self.seq
+        self.drive_properly(source, v, press, count)
+        assert self.gate.twist.moves
+        return press
+
+    def be_ready(self) -> None:
+        """As a person who wants to drive: no halt, a lease, everything alive for a while, no key held."""
+        self.reset()
+        if self.armed is None:
+            self.arm(1, "ann")
+        self.bumper(False)
+        for _ in range(READY_TICKS):
+            self.console_beats()
+            self.scan_comes()
+            self.tick()
+        self.let_go()
+
     @rule()
     def let_go(self) -> None:
         self.look()
@@ -116,7 +188,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
     def the_gate_is_frozen(self, seconds: float) -> None:
         self.now += seconds - TICK_S
         self.tick()
-        assert not self.gate.twist.moves
+        self.hand_stops()
 
     def tick(self) -> None:
         self.now += TICK_S
@@ -130,6 +202,8 @@ class AnyOrderOfThings(RuleBasedStateMachine):
             assert self.now - self.beat <= LIMITS.heartbeat + 1e-9
             assert self.now - self.scan <= LIMITS.scan_age + 1e-9
             assert self.now - self.troubled > TROUBLE_HELD_S
+        if self.now - self.scan > MAX_BLIND_S:
+            self.hand_stops()
 
     def console_beats(self) -> None:
         self.beat = self.now
@@ -191,6 +265,9 @@ class AnyOrderOfThings(RuleBasedStateMachine):
             assert epoch >= self.epoch
             self.armed = self.epoch = epoch
             self.everything_stops()
+
+    def another_takes_it(self) -> None:
+        self.arm(1, "bob")
 
     @rule()
     def disarm(self) -> None:
