@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import urllib.error
+import urllib.parse
 import urllib.request
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -76,12 +77,12 @@ class Console:
 
     def post(self, path: str, body: dict[str, object] | None = None) -> int:
         """POST and answer with the status."""
-        with urllib.request.urlopen(self._request(path, body), timeout=5) as answer:
+        with urllib.request.urlopen(self._request(path, body), timeout=60) as answer:
             return answer.status
 
     def delete(self, path: str) -> None:
         """DELETE; a refusal is passed over."""
-        asked = self._request(path, None)
+        asked = self._request(urllib.parse.quote(path), None)
         asked.method = "DELETE"
         with contextlib.suppress(urllib.error.HTTPError):
             urllib.request.urlopen(asked, timeout=20).close()
