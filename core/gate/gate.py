@@ -264,7 +264,7 @@ class Gate:
 
     def tick(self, now: float) -> Twist:
         """Advance by one tick, every 20 ms → the twist of the wheels."""
-        if self._ticked is not None and now < self._ticked:  # what was noted has a time that is yet to come
+        if self._is_before_the_last_tick(now):  # what was noted has a time that is yet to come
             self._seen = self._heard = self._troubled = -math.inf
             self._nonces.mark(now)
         if self._accepted is not None and (trouble := self._trouble(self._accepted, now)):
@@ -280,9 +280,12 @@ class Gate:
         self._write("", now)
         return self._twist
 
+    def _is_before_the_last_tick(self, now: float) -> bool:
+        return self._ticked is not None and now < self._ticked
+
     def _trouble(self, accepted: AcceptedSetpoint, now: float) -> str:
         """Return why the setpoint in force must end, "" if it need not."""
-        if self._ticked is not None and now < self._ticked:
+        if self._is_before_the_last_tick(now):
             return "the gate's clock ran backwards"
         if self._ticked is not None and now - self._ticked > LATE_TICK_S:
             return GATE_LATE
