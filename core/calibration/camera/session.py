@@ -198,8 +198,10 @@ class CameraSession(BoardSession[AcceptedView, Calibration]):
         missing = MIN_VIEW_COUNT - len(views)
         if missing > 0:
             words = f"{missing} more view{'s' * (missing > 1)} at least."
-        elif p95 is None or self.stale:
+        elif p95 is None:
             words = "Not solved yet."
+        elif self.stale:
+            words = "Not solved with the newest views yet."
         elif self.calibration is not None and self.calibration.undecided:
             words = self.calibration.undecided
         elif p95 > wanted:

@@ -20,6 +20,7 @@ import { routeWords } from "./route-card.js";
 /** @import { Said, View } from "../net/session.js" */
 /** @import { StatusLine } from "../ui/status.js" */
 
+const ARRIVED_M = 0.1;
 const STEPS = /** @type {const} */ (["heard", "seen", "laser", "coming"]);
 
 class CommandChain extends Panel {
@@ -27,9 +28,10 @@ class CommandChain extends Panel {
   #list = make("ol.chain", { "aria-label": t("command-chain.what_the_robot_has_of_the") });
   #steps = STEPS.map((step) => {
     const says = make("span.chain-says");
-    const row = make("li.chain-step", { "data-step": step }, make("b", t(`command-chain.${step}`)), says);
+    const name = make("b", t(`command-chain.${step}`));
+    const row = make("li.chain-step", { "data-step": step }, name, says);
     this.#list.append(row);
-    return { row, says };
+    return { row, name, says };
   });
 
   /** @override */
@@ -57,6 +59,10 @@ class CommandChain extends Panel {
         ? t("command-chain.looking")
         : t("command-chain.metres_to_go", { metres: metres(chain.left, 1) }),
     ];
+    const follows = command?.name === "follow_me";
+    const [coming] = this.#steps.slice(-1);
+    if (coming) write(coming.name, t(follows ? "command-chain.following" : "command-chain.coming"));
+    if (follows && chain.left !== null && chain.left < ARRIVED_M) says[3] = t("command-chain.at_its_distance");
     const lit = [chain.heard !== null, chain.seen !== null, chain.laser !== null, chain.left !== null];
     for (const [index, { row, says: words }] of this.#steps.entries()) {
       write(words, says[index] ?? "");

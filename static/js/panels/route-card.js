@@ -240,9 +240,7 @@ class RouteCard extends Panel {
       make("span.place-name", stop.place),
       iconButton("chevron", earlier, () => this.#move(index, index - 1), { title: earlier, look: "small turned" }),
       iconButton("close", away, drop, { title: away, look: "small" }),
-      t("route-card.wait"),
-      wait,
-      "s",
+      make("span.inline", t("route-card.wait"), wait, "s"),
       action,
       text,
     );
