@@ -202,7 +202,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
             assert self.now - self.beat <= LIMITS.heartbeat + 1e-9
             assert self.now - self.scan <= LIMITS.scan_age + 1e-9
             assert self.now - self.troubled > TROUBLE_HELD_S
-        if self.now - self.scan > MAX_BLIND_S:
+        if before.source == "jog" and self.now - self.scan > MAX_BLIND_S:
             self.hand_stops()
 
     def console_beats(self) -> None:
