@@ -1,7 +1,7 @@
 // HTTP client for what people marked on the map: named places, zones and routes. Read again whenever the console says that they changed.
 
 import { t } from "../ui/texts.js";
-import { call, post, send, sentenceOf } from "./api.js";
+import { address, call, post, send, sentenceOf } from "./api.js";
 
 /** @import { Kind } from "../drive/suggest.js" */
 /** @import { RouteProgress, ZoneRow as Zone } from "./rest.js" */
@@ -14,6 +14,7 @@ import { call, post, send, sentenceOf } from "./api.js";
 
 const PLACES = "api/places";
 const ZONES = "api/zones";
+const ROUTE_PICTURES = "api/route/pictures";
 const ROUTES = "api/routes";
 const AGAIN_MS = 3000; // after which a reading that failed is repeated
 
@@ -49,6 +50,12 @@ export const startRoute = (name) => post(`${one(ROUTES, name)}/start`, {});
 
 /** @param {"pause" | "resume" | "skip" | "stop"} act @returns {Promise<RouteProgress>} */
 export const steerRoute = (act) => post(`api/route/${act}`);
+
+/** Names of the pictures that were taken at stops, the newest first. @returns {Promise<string[]>} */
+export const routePictures = async () => (await call(ROUTE_PICTURES)).pictures;
+
+/** @param {string} name of such a picture */
+export const routePicture = (name) => address(`${ROUTE_PICTURES}/${name}`).href;
 
 /**
  * Give every robot of one map the places, zones and routes that only others have; what it has under a name stays.

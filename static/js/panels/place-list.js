@@ -54,7 +54,7 @@ class PlaceList extends Panel {
     if (!isNew(this, places, zones, this.#operates, this.#drives)) return;
     this.#empty.hidden = places.length > 0;
     refill(this.#list, ...places.map((place) => this.#row(place)));
-    this.#noZone.hidden = zones.length > 0;
+    this.#noZone.hidden = zones.length > 0 || !this.#operates;
     refill(this.#zones, ...zones.map((zone) => this.#zoneRow(zone)));
   }
 

@@ -1,6 +1,14 @@
 // Element <route-card>: the routes of the map, one in the making, and how the one under way goes.
 
-import { addRoute, marksOf, removeRoute, startRoute, steerRoute } from "../net/marks-api.js";
+import {
+  addRoute,
+  marksOf,
+  removeRoute,
+  routePicture,
+  routePictures,
+  startRoute,
+  steerRoute,
+} from "../net/marks-api.js";
 import { iconButton, isNew, make, nameField, numberField, onSubmit, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
@@ -12,6 +20,7 @@ import { remover } from "./place-list.js";
 /** @import { RouteUnderWay } from "../net/messages.js" */
 /** @import { View } from "../net/session.js" */
 
+const MAX_PICTURES = 6;
 const STEERS = /** @type {const} */ (["pause", "resume", "skip", "stop"]);
 /** @type {Readonly<Record<string, string>>} */
 const STEER_WORDS = {
@@ -77,6 +86,7 @@ class RouteCard extends Panel {
   #save = make("button.button.primary", { type: "submit" }, t("place-sheet.save"));
   #trouble = new TroubleLine();
   #form = make("form.route-form", { hidden: true });
+  #pictures = make("div.row", { role: "group", "aria-label": t("route-card.pictures") });
   /** @type {Stop[]} of the route in the making */
   #made = [];
   #operates = false;
@@ -107,6 +117,7 @@ class RouteCard extends Panel {
       this.#empty,
       this.#list,
       this.#form,
+      this.#pictures,
     );
     this.#new.addEventListener("click", () => {
       const shut = !this.#form.hidden && !this.#changes;
@@ -137,6 +148,7 @@ class RouteCard extends Panel {
     this.#draw();
     for (const button of this.querySelectorAll("button")) if (button !== this.#save) button.disabled = !up;
     const route = state?.route;
+    if (this.offsetParent && isNew(this.#pictures, route?.name, route?.stop, route?.state)) void this.#look();
     const gone = route?.state === "ended" && !marksOf(this.session).routes.some(({ name }) => name === route.name);
     this.#under.hidden = !route || gone; // one of another map
     if (!route) return;
@@ -144,6 +156,17 @@ class RouteCard extends Panel {
     write(this.#why, route.reason);
     for (const [act, button] of this.#steers)
       button.hidden = !(MAY[route.state] ?? []).includes(act) || (!this.#operates && act !== "stop");
+  }
+
+  /** The newest pictures that routes took. */
+  async #look() {
+    const names = await routePictures().catch(() => []);
+    this.#pictures.replaceChildren(
+      ...names.slice(0, MAX_PICTURES).map((name) => {
+        const picture = make("img.route-picture", { src: routePicture(name), alt: name, loading: "lazy" });
+        return make("a", { href: routePicture(name), target: "_blank", title: name }, picture);
+      }),
+    );
   }
 
   #draw() {

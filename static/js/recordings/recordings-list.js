@@ -19,6 +19,7 @@ const DRAWINGS = { runs: "recording", whole: "tape", cut: "warning", unfinished:
 /** @extends {PagePanel<RecordingsModel>} */
 class RecordingsList extends PagePanel {
   #status = make("p.map-trouble", { role: "status", hidden: true });
+  #watches = make("p.note", { hidden: true }, t("recordings-list.only_an_operator_plays"));
   #list = make("ul.maps", { "aria-label": t("recordings-list.recordings_newest_first") });
   #empty = make(
     "div.recordings-empty",
@@ -35,7 +36,7 @@ class RecordingsList extends PagePanel {
 
   /** @override */
   build() {
-    this.append(this.#status, this.#empty, this.#list);
+    this.append(this.#status, this.#watches, this.#empty, this.#list);
   }
 
   /** @override @param {View} view */
@@ -60,6 +61,7 @@ class RecordingsList extends PagePanel {
     this.#status.hidden = !(does || trouble);
     if (!recordings) return;
     this.#empty.hidden = recordings.length > 0;
+    this.#watches.hidden = this.model.may || recordings.length === 0;
     /** @type {Map<string, {row: HTMLElement, drawn: string}>} */
     const rows = new Map();
     for (const one of recordings) {
