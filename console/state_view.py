@@ -174,7 +174,8 @@ def route(run: RouteRun | None) -> messages.RouteUnderWay | None:
     if run is None:
         return None
     place, stops, found = run.here.place, len(run.route.stops), code_of(run.reason)
-    return messages.RouteUnderWay(run.route.name, place, run.stop + 1, stops, run.state, run.reason, *found)
+    noted = run.notes[-1].at_s if run.notes else None
+    return messages.RouteUnderWay(run.route.name, place, run.stop + 1, stops, run.state, run.reason, noted, *found)
 
 
 def camera(view: CameraView) -> messages.CameraOverlay:

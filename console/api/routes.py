@@ -12,7 +12,7 @@ from console.access.roles import needs
 from console.api import RequestBody, Who, part, problems, router, sends_file
 from console.http.problems import Problem
 from console.maps.marks import RouteMark
-from console.maps.routes import MAX_SAID_LETTERS, MAX_STOPS, MAX_WAIT_S, RouteRun, RouteService, RouteState
+from console.maps.routes import MAX_SAID_LETTERS, MAX_STOPS, MAX_WAIT_S, RouteNote, RouteRun, RouteService, RouteState
 from console.maps.store import MAX_NAME_LETTERS as MAX_ROUTE_LETTERS
 from core.sentences import Statement
 from core.speech.understanding.place_names import MAX_NAME_LETTERS
@@ -74,6 +74,7 @@ class RouteProgress(msgspec.Struct, frozen=True):
     place: str = ""
     owner: str = ""
     skipped: int = 0
+    notes: list[RouteNote] = []  # what happened at each stop, the newest last
 
 
 def progress_of(run: RouteRun | None) -> RouteProgress:
@@ -89,6 +90,7 @@ def progress_of(run: RouteRun | None) -> RouteProgress:
         run.here.place,
         run.owner.name,
         run.skipped,
+        run.notes,
     )
 
 

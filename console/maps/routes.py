@@ -54,6 +54,7 @@ BLOCKED_WAIT_S = 10.0  # until a way that was blocked is tried again
 MAX_TRIES = 3  # to reach one stop
 LOW_BATTERY = 0.2  # share of its charge
 FILE = "route.json"  # in the data folder: what the running route does
+MAX_NOTES = 200  # that are kept of what happened at stops
 PICTURE_FOLDER = "pictures"  # in the data folder: those that were taken at stops
 MIN_RECORD_S, MAX_SAID_LETTERS = 1.0, 280
 SAID = "say"  # cause of a notice that a browser with spoken answers says aloud
@@ -67,6 +68,17 @@ LOW = Statement("routes.low")
 EXPECTED_ENDS = ("routes.done", "routes.paused", "routes.stopped")  # what a person asked for is no warning
 NEVER_AGAIN = "pilot."
 """Begin of the codes of ends after which the way is not tried again: a touch, or the robot is lost or blind."""
+
+
+class RouteNote(msgspec.Struct, frozen=True):
+    """What happened at a stop."""
+
+    at_s: float  # Unix time
+    stop: int  # from 1
+    place: str
+    state: str  # done, skipped or failed
+    remark: str  # a sentence; "": it was reached
+    picture: str = ""  # name of the one that was taken
 
 
 class RouteRun(msgspec.Struct):
@@ -86,6 +98,7 @@ class RouteRun(msgspec.Struct):
     rests: bool = False  # it waits for the time of its next round
     round_at: float = 0.0  # [s] Unix time: when this round began
     skipped: int = 0
+    notes: list[RouteNote] = []  # the newest MAX_NOTES of all rounds
 
     @property
     def here(self) -> RouteStop:
@@ -360,7 +373,7 @@ class RouteService(Part):
         except OSError as trouble:
             self._note(run, "failed", Statement("routes.no_picture", why=trouble.strerror or str(trouble)), at)
             return
-        self._note(run, "done", Statement("routes.picture", name=name), at)
+        self._note(run, "done", Statement("routes.picture", name=name), at, name)
 
     async def _record(self, run: RouteRun, seconds: float) -> None:
         if self.recorder is None:
@@ -524,9 +537,12 @@ class RouteService(Part):
         self._notifications.tell(level, f"Route “{run.route.name}”: {run.reason}", "route")
         self._keep()
 
-    def _note(self, run: RouteRun, state: str, remark: str, at: int | None = None) -> None:
+    def _note(self, run: RouteRun, state: str, remark: str, at: int | None = None, picture: str = "") -> None:
         """Write down what happened at a stop; `at`: its index, where the route may have gone on."""
         at = run.stop if at is None else at
+        note = RouteNote(round(self.clock(), 3), at + 1, run.route.stops[at].place, state, remark, picture)
+        run.notes = [*run.notes, note][-MAX_NOTES:]
+        self._keep()
         words = f"{run.route.name}: stop {at + 1} of {len(run.route.stops)}, {run.route.stops[at].place}"
         for tell in self.when_noted:
             tell(words, remark or state)

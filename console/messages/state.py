@@ -133,6 +133,7 @@ class RouteUnderWay(Struct):
     of: int
     state: Literal["idle", "driving", "waiting", "paused", "ended"]
     reason: str  # a sentence: why it stands, or ended
+    noted_at_s: float | None  # Unix time of what was noted last at a stop; the notes are with GET /api/route
     code: str | None = None  # of the sentence in `reason`
     values: dict[str, str] | None = None
 

@@ -103,9 +103,25 @@ def _result(seed: int, count: int, out: Path | None, done: list[RecordedDrive]) 
         "seed": seed,
         "seconds_each": audio_visual.MAX_DRIVE_S,
         "places": figures,
+        "text": table(figures, count, seed),
         "files": {},
     }
     return stored(result, out, "audio_visual_recorded")
+
+
+def table(figures: list[RecordedPlace], count: int, seed: int) -> str:
+    """The places, one a line, and below each the share of the laser's error."""
+    lines = [
+        f"Position error of {count} recorded drives [m], mean and worst of the drives; seeds from {seed}",
+        f"{'':16}" + "".join(f"{name:>18}" for name in SENSORS),
+    ]
+    for one in figures:
+        rows = [one["rows"][name] for name in SENSORS]
+        lines.append(
+            f"{one['place']:16}" + "".join(f"{row['mean_error_m']:10.3f}{row['worst_error_m']:8.3f}" for row in rows)
+        )
+        lines.append(f"{'  of the laser':16}" + "".join(f"{100 * row['of_laser']:16.0f} %" for row in rows))
+    return "\n".join(lines)
 
 
 def _place(place: Place, done: list[RecordedDrive]) -> RecordedPlace:

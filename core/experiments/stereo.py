@@ -138,5 +138,26 @@ def _result(seed: int, out: Path | None, done: list[tuple[int, list[Distance]]])
             }
         )
     count = len(done) // len(VIEW_WORLDS)
-    result: StereoResult = {"runs": count, "seed": seed, "baseline_m": BASELINE_M, "rooms": rooms, "files": {}}
+    result: StereoResult = {
+        "runs": count,
+        "seed": seed,
+        "baseline_m": BASELINE_M,
+        "rooms": rooms,
+        "text": table(rooms),
+        "files": {},
+    }
     return stored(result, out, "stereo")
+
+
+def table(rooms: list[RoomDistances]) -> str:
+    """The rooms, one a line."""
+    lines = [
+        f"Two cameras {100 * BASELINE_M:.0f} cm apart: distances of upright edges beside the true ones",
+        f"{'room':12}{'edges':>8}{'distance':>10}{'no laser':>10}{'median error':>14}{'in 2 sd':>9}{'wrong':>8}",
+    ]
+    for one in rooms:
+        shares = (one["with_distance"], one["without_laser"], one["within_two_sds"], one["wrong"])
+        given, unseen, within, wrong = ("–" if share is None else f"{100 * share:.0f} %" for share in shares)
+        error = "–" if one["median_error_m"] is None else f"{100 * one['median_error_m']:.1f} cm"
+        lines.append(f"{one['room']:12}{one['edges']:8}{given:>10}{unseen:>10}{error:>14}{within:>9}{wrong:>8}")
+    return "\n".join(lines)

@@ -14,7 +14,6 @@ import { address, call, post, send, sentenceOf } from "./api.js";
 
 const PLACES = "api/places";
 const ZONES = "api/zones";
-const ROUTE_PICTURES = "api/route/pictures";
 const ROUTES = "api/routes";
 const AGAIN_MS = 3000; // after which a reading that failed is repeated
 
@@ -48,14 +47,14 @@ export const removeRoute = (name) => call(one(ROUTES, name), { method: "DELETE" 
 /** @param {string} name @returns {Promise<RouteProgress>} */
 export const startRoute = (name) => post(`${one(ROUTES, name)}/start`, {});
 
+/** @returns {Promise<RouteProgress>} of the route that runs, or the last one, with what happened at its stops */
+export const routeProgress = () => call("api/route");
+
+/** The address of a picture that was taken at a stop. @param {string} name */
+export const routePicture = (name) => address(one("api/route/pictures", name)).href;
+
 /** @param {"pause" | "resume" | "skip" | "stop"} act @returns {Promise<RouteProgress>} */
 export const steerRoute = (act) => post(`api/route/${act}`);
-
-/** Names of the pictures that were taken at stops, the newest first. @returns {Promise<string[]>} */
-export const routePictures = async () => (await call(ROUTE_PICTURES)).pictures;
-
-/** @param {string} name of such a picture */
-export const routePicture = (name) => address(`${ROUTE_PICTURES}/${name}`).href;
 
 /**
  * Give every robot of one map the places, zones and routes that only others have; what it has under a name stays.

@@ -601,6 +601,7 @@ export interface RouteUnderWay {
   of: number;
   state: "idle" | "driving" | "waiting" | "paused" | "ended";
   reason: string;
+  noted_at_s: number | null;
   code: string | null;
   values: Record<string, string> | null;
 }

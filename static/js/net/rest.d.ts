@@ -883,6 +883,16 @@ export interface RouteMark {
   every_min: number;
 }
 
+/** What happened at a stop. */
+export interface RouteNote {
+  at_s: number;
+  stop: number;
+  place: string;
+  state: string;
+  remark: string;
+  picture: string;
+}
+
 /** The route under way, or the last one. */
 export interface RouteProgress {
   name: string | null;
@@ -894,6 +904,7 @@ export interface RouteProgress {
   place: string;
   owner: string;
   skipped: number;
+  notes: RouteNote[];
 }
 
 /** A stop of a route. */

@@ -5,22 +5,23 @@ import {
   marksOf,
   removeRoute,
   routePicture,
-  routePictures,
+  routeProgress,
   startRoute,
   steerRoute,
 } from "../net/marks-api.js";
 import { iconButton, isNew, make, nameField, numberField, onSubmit, write } from "../ui/element.js";
+import { timeOfDay } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 import { remover } from "./place-list.js";
 
 /** @import { Route, Stop } from "../net/marks-api.js" */
 /** @import { RouteUnderWay } from "../net/messages.js" */
+/** @import { RouteNote } from "../net/rest.js" */
 /** @import { View } from "../net/session.js" */
 
-const MAX_PICTURES = 6;
 const STEERS = /** @type {const} */ (["pause", "resume", "skip", "stop"]);
 /** @type {Readonly<Record<string, string>>} */
 const STEER_WORDS = {
@@ -60,9 +61,29 @@ export const routeWords = ({ name, stop, of, state, place }) =>
 /** @type {Route} */
 const NEW = { name: "", stops: [], loop: false };
 
+/** What is said of a stop without a remark. @type {Readonly<Record<string, string>>} */
+const NOTED = { done: t("route-card.reached"), skipped: t("route-card.left_out"), failed: t("state.failed") };
+
+/** @param {RouteNote} note */
+function noteRow({ at_s: at, place, state, remark, picture }) {
+  const words = inLanguage(remark) || NOTED[state];
+  const look = { src: routePicture(picture), alt: t("route-card.picture_at_place", { place }), loading: "lazy" };
+  return make(
+    "li.row.route-note",
+    make("span.note", timeOfDay(at)),
+    make("span.place-name", place),
+    picture
+      ? make("a", { href: routePicture(picture), target: "_blank" }, make("img.route-picture", look))
+      : make("span", words ?? state),
+  );
+}
+
 class RouteCard extends Panel {
   #now = make("p.route-now", { role: "status" });
   #why = make("p.note");
+  #notes = make("ol.route-notes", { "aria-label": t("route-card.what_happened") });
+  /** @type {number | null} when what was noted last was noted */
+  #notedAt = null;
   /** @type {Map<string, HTMLButtonElement>} */
   #steers = new Map();
   #under = make("div.route-under", { hidden: true });
@@ -86,7 +107,6 @@ class RouteCard extends Panel {
   #save = make("button.button.primary", { type: "submit" }, t("place-sheet.save"));
   #trouble = new TroubleLine();
   #form = make("form.route-form", { hidden: true });
-  #pictures = make("div.row", { role: "group", "aria-label": t("route-card.pictures") });
   /** @type {Stop[]} of the route in the making */
   #made = [];
   #operates = false;
@@ -101,7 +121,7 @@ class RouteCard extends Panel {
       this.#steers.set(act, button);
       return button;
     });
-    this.#under.append(this.#now, this.#why, make("div.row.route-acts", ...steers));
+    this.#under.append(this.#now, this.#why, make("div.row.route-acts", ...steers), this.#notes);
     this.#form.append(
       this.#name,
       this.#stops,
@@ -117,7 +137,6 @@ class RouteCard extends Panel {
       this.#empty,
       this.#list,
       this.#form,
-      this.#pictures,
     );
     this.#new.addEventListener("click", () => {
       const shut = !this.#form.hidden && !this.#changes;
@@ -148,25 +167,21 @@ class RouteCard extends Panel {
     this.#draw();
     for (const button of this.querySelectorAll("button")) if (button !== this.#save) button.disabled = !up;
     const route = state?.route;
-    if (this.offsetParent && isNew(this.#pictures, route?.name, route?.stop, route?.state)) void this.#look();
     const gone = route?.state === "ended" && !marksOf(this.session).routes.some(({ name }) => name === route.name);
     this.#under.hidden = !route || gone; // one of another map
     if (!route) return;
     write(this.#now, routeWords(route));
     write(this.#why, route.reason);
+    if (this.offsetParent && route.noted_at_s !== this.#notedAt) void this.#readNotes(route.noted_at_s);
     for (const [act, button] of this.#steers)
       button.hidden = !(MAY[route.state] ?? []).includes(act) || (!this.#operates && act !== "stop");
   }
 
-  /** The newest pictures that routes took. */
-  async #look() {
-    const names = await routePictures().catch(() => []);
-    this.#pictures.replaceChildren(
-      ...names.slice(0, MAX_PICTURES).map((name) => {
-        const picture = make("img.route-picture", { src: routePicture(name), alt: name, loading: "lazy" });
-        return make("a", { href: routePicture(name), target: "_blank", title: name }, picture);
-      }),
-    );
+  /** What happened at each stop, the newest first. @param {number | null} notedAt */
+  async #readNotes(notedAt) {
+    this.#notedAt = notedAt;
+    const { notes } = notedAt === null ? { notes: [] } : await routeProgress().catch(() => ({ notes: [] }));
+    if (notedAt === this.#notedAt) refill(this.#notes, ...notes.map(noteRow).reverse());
   }
 
   #draw() {

@@ -85,3 +85,4 @@ def test_a_recorded_drive_is_estimated_with_every_choice_of_sensors(monkeypatch:
     told: Any = EXPERIMENTS["audio-visual-recorded"](runs=2, workers=1)
     assert [one["place"] for one in told["places"]] == ["lab", "corridor", "bare corridor", "glass"]
     assert told["places"][0]["rows"]["laser"]["of_laser"] == 1.0
+    assert "bare corridor" in told["text"] and "100 %" in told["text"]

@@ -29,6 +29,7 @@ def test_every_room_has_its_row(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stereo, "look_around", lambda *_: (5, given))
     told: Any = EXPERIMENTS["stereo"](runs=2, workers=1)
     assert [one["room"] for one in told["rooms"]] == list(stereo.VIEW_WORLDS)
+    assert "60 %" in told["text"] and "3.0 cm" in told["text"]
     for one in told["rooms"]:
         assert (one["edges"], one["with_distance"], one["median_error_m"]) == (10, 0.6, 0.03)
         assert (one["without_laser"], one["within_two_sds"], one["wrong"]) == pytest.approx((2 / 3, 2 / 3, 1 / 3))
