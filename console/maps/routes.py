@@ -71,7 +71,7 @@ NEVER_AGAIN = "pilot."
 
 
 class RouteNote(msgspec.Struct, frozen=True):
-    """What happened at a stop."""
+    """An event at a stop."""
 
     at_s: float  # Unix time
     stop: int  # from 1

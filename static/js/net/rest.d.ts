@@ -883,7 +883,7 @@ export interface RouteMark {
   every_min: number;
 }
 
-/** What happened at a stop. */
+/** An event at a stop. */
 export interface RouteNote {
   at_s: number;
   stop: number;
