@@ -489,34 +489,35 @@ def long_page(effort: Effort) -> Iterator[RowFigure]:
 
 
 def long_life(effort: Effort) -> Iterator[RowFigure]:
-    """Random orders and patrols on a whole floor, recorded and looked at: what rises after the warm-up.
-
-    The robust slope of the minutes, with its interval of 95 %; each minute is said on standard error.
-    """
+    """Random orders and patrols on a whole floor, recorded and looked at; each minute is said on standard error."""
+    minutes: list[dict[str, Any]] = []
     with console(robot="sim:floor") as running:
         struck.until(lambda: not running.get("/api/health")["reasons"], READY_S)
-        minutes: list[dict[str, Any]] = []
         for minute in soak.long_life(running, effort.seconds, effort.seed):
             minutes.append(minute)
             sys.stderr.write(json.dumps(minute) + "\n")
-        faults = running.faults()
-        errors = sum(count for what, count in minutes[-1]["answers"].items() if " 500" in what)
+        faults = len(running.faults())
+    yield from risen(minutes, faults)
+
+
+def risen(minutes: list[dict[str, Any]], faults: int) -> Iterator[RowFigure]:
+    """What rises after the warm-up: robust slopes of the minutes, with their intervals of 95 %."""
     lived = minutes[min(soak.WARM_UP_MIN, len(minutes) // 2) :]
-    warm_up = len(minutes) - len(lived)
+    warm_up, trials = len(minutes) - len(lived), round(soak.EVERY * len(minutes))
     ran = f"{len(minutes)} minutes of real time instead of a simulated day, which takes a day; {warm_up} to warm up"
-    trials = round(effort.seconds)
     slope, low, high = soak.rise([sum(one["memory_mb"].values()) for one in lived])
     why = f"{ran}; 95 %: {low:.1f} to {high:.1f}"
     yield RowFigure("memory of all processes", round(max(0.0, slope), 1), "MB a day", 2.0, trials, "sim", why)
-    for what in ("descriptors", "threads"):
-        sums = [sum(one[what].values()) for one in lived]
-        grown = statistics.median(sums[-10:]) - statistics.median(sums[:10])
-        yield none_of(f"{what} more at the end", max(0, round(grown)), trials, what)
     kept = [sum(mb for name, mb in one["disk_mb"].items() if name not in soak.GROWS) for one in lived]
     slope, low, high = soak.rise(kept)
     why = f"95 %: {low:.1f} to {high:.1f}; without the recording that runs"
     yield RowFigure("data folder", round(max(0.0, slope), 1), "MB a day", 20.0, trials, "sim", why)
-    yield none_of("faults in the log and answers with one", len(faults) + errors, trials, "faults")
+    for what in ("descriptors", "threads"):
+        sums = [sum(one[what].values()) for one in lived]
+        grown = statistics.median(sums[-10:]) - statistics.median(sums[:10])
+        yield none_of(f"{what} more at the end", max(0, round(grown)), trials, what)
+    errors = sum(count for what, count in minutes[-1]["answers"].items() if " 500" in what)
+    yield none_of("faults in the log and answers with one", faults + errors, trials, "faults")
 
 
 def mutants_killed(effort: Effort) -> Iterator[RowFigure]:
