@@ -173,7 +173,7 @@ def first_failure(tests: Sequence[str], copy: Path) -> str:
         )
     except subprocess.TimeoutExpired:
         return " ".join(tests)  # a test that waits for ever is red
-    named = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", done.stdout, re.MULTILINE)
+    named = re.search(r"^(?:FAILED|ERROR) (tests/.+?)(?: - |$)", done.stdout, re.MULTILINE)
     return "" if done.returncode == 0 else named[1] if named else " ".join(tests)
 
 
