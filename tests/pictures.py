@@ -172,7 +172,8 @@ def film(browser: Browser, console: Running) -> list[Array]:
     watch(1.5)
     watch(15, rests)
     call(page, "come here")
-    watch(3)
+    watch(20, lambda: console.newest().get("name") == "come_here")  # it is read, and waits for an objection
+    watch(1)
     watch(25, rests)
     watch(1)
     say(page, "continue 2 meters")
