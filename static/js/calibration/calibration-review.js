@@ -76,7 +76,7 @@ class CalibrationReview extends WizardStep {
   #sign = icon("done");
   #title = make("h2.heading.review-title", { tabindex: "-1" });
   #words = make("p.review-words");
-  #accept = make("button.button.primary.large", t("calibration-review.use_this_calibration"));
+  #accept = make("button.button.primary.large");
   #force = make("button.button", { onclick: () => void this.#use(true) }, t("calibration-review.use_it_anyway"));
   #more = make("button.button", t("calibration-review.take_more_views"));
   #again = make(
@@ -103,6 +103,7 @@ class CalibrationReview extends WizardStep {
   #exports = new ExportsCard();
   #selected = "";
   #refused = "";
+  #using = false; // it is being put into use
 
   /** @override */
   build() {
@@ -165,9 +166,11 @@ class CalibrationReview extends WizardStep {
       this.#words,
       solving
         ? `${inLanguage(solving.words)} …`
-        : `${inLanguage(progress.words)}${used ? former : older ? OTHER : foreign}`,
+        : `${inLanguage(progress.words)}${used ? former : older && !this.#using ? OTHER : foreign}`,
     );
     write(this.#says, may ? this.#refused : t("calibration-review.you_are_watching_only_an_operator"));
+    write(this.#accept, t(this.#using ? "trouble-line.saving" : "calibration-review.use_this_calibration"));
+    this.#accept.disabled = this.#force.disabled = this.#using;
     this.#accept.hidden = !may || used || !solution;
     this.#force.hidden = !may || used || this.#refused === "" || !solution;
     mark(this.#accept, "class", `button large${good ? " primary" : ""}`);
@@ -195,7 +198,8 @@ class CalibrationReview extends WizardStep {
   async #use(force) {
     const { calibration } = this.model;
     if (!calibration) return;
-    this.#refused = "";
+    [this.#refused, this.#using] = ["", true];
+    this.draw();
     try {
       await api.accept(calibration.id, force);
       this.session.announce(t("calibration-review.the_calibration_is_in_use"));
@@ -203,6 +207,8 @@ class CalibrationReview extends WizardStep {
       await this.model.readLists();
     } catch (refusal) {
       this.#refused = sentenceOf(refusal);
+    } finally {
+      this.#using = false;
       this.draw();
     }
   }
