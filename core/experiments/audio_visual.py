@@ -47,6 +47,7 @@ ABOUT = About(
     swept=("places.0.rows.laser.mean_error_m", "places.0.rows.all.mean_error_m", "places.1.rows.all.mean_error_m"),
 )
 REST_BEFORE_S = 2.5  # at rest before the drive
+FIRST_CALL_S = 1.25  # when the person begins to call
 DRIVE_SPEED_M_S, DRIVE_TURN_RAD_S = 0.25, 1.0  # of the drive
 GOAL_RADIUS_M = 0.25  # from a goal, the next one is steered for
 FRAMES_PER_JUDGEMENT = 8  # frames between those that are judged
@@ -174,7 +175,7 @@ class SteeredDrive:
         self._place = place
         self.robot = SimulatedRobot(place.world, seed=seed, settings=settings.simulation)
 
-    def frames(self, read: Callable[[], SensorFrame], calls: float = REST_BEFORE_S / 2) -> Iterator[SensorFrame]:
+    def frames(self, read: Callable[[], SensorFrame], calls: float = FIRST_CALL_S) -> Iterator[SensorFrame]:
         """Every frame, as `read` gets it of the robot, until the end; a person calls from `calls` [s] on."""
         place, goal = self._place, 0
         while (frame := read()).stamp <= MAX_DRIVE_S:
@@ -202,18 +203,19 @@ def drive(
     `begun` is given the rows' pilots once, when they have taken the first frame: for bounds, which know more.
     """
     settings = settings_for(place, base)
-    course = SteeredDrive(place, settings, seed)
-    pilots = {name: Pilot(SENSORS[name].of(course.robot.profile), settings) for name in rows}
-    listening = any(SENSORS[name].microphones for name in rows)
+    steered = SteeredDrive(place, settings, seed)
+    robot = steered.robot
+    pilots = {name: Pilot(SENSORS[name].of(robot.profile), settings) for name in rows}
+    calls = FIRST_CALL_S if any(SENSORS[name].microphones for name in rows) else math.inf
     found: dict[str, list[tuple[float, float, float, float, float]]] = {name: [] for name in rows}
     path, before = 0.0, Pose()
-    for number, frame in enumerate(course.frames(course.robot.read, *(() if listening else (math.inf,)))):
+    for number, frame in enumerate(steered.frames(robot.read, calls), 1):
         truth = frame.truth or Pose()
         snapshots = {name: pilot.step(seen_by(frame, SENSORS[name], place.reach)) for name, pilot in pilots.items()}
-        if number == 0:
+        if number == 1:
             begun(pilots)
         path, before = path + truth.distance_to(before.x, before.y), truth
-        if frame.stamp >= REST_BEFORE_S and (number + 1) % FRAMES_PER_JUDGEMENT == 0:
+        if frame.stamp >= REST_BEFORE_S and number % FRAMES_PER_JUDGEMENT == 0:
             for name, snapshot in snapshots.items():
                 pose = snapshot.estimate.pose
                 off = truth.distance_to(pose.x, pose.y)

@@ -69,9 +69,9 @@ class AudioVisualRecorded(ExperimentResult):
 
 def record(place: Place, settings: Settings, seed: int, out: Path) -> None:
     """One drive into a file. Raises Unwritable."""
-    course = SteeredDrive(place, settings, seed)
-    recording = RobotRecording(course.robot, out)
-    for _ in course.frames(recording.add):
+    steered = SteeredDrive(place, settings, seed)
+    recording = RobotRecording(steered.robot, out)
+    for _ in steered.frames(recording.add):
         pass
     recording.file.finish()
 

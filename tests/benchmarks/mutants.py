@@ -20,7 +20,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 COPIED = ("core", "console", "static", "tests", "pyproject.toml", "README.md")
 TESTS_TIMEOUT_S = 600.0  # beside whatever else the machine does
-TRIES = 3  # to find a killer that is green without the mutant
+MAX_KILLER_TRIES = 3  # to find a killer that is green without the mutant
 DRIVER, NEARNESS = "core/robots/process.py", "core/robots/nearness.py"
 READINGS, PUBLISHERS = "core/robots/readings.py", "core/sensors/publishers.py"
 GATE, DEADMAN = "core/gate/gate.py", "core/gate/deadman.py"
@@ -186,7 +186,7 @@ def killer(mutant: Mutant, copy: Path) -> str:
             f"{mutant.name}: what it changes stands {source.count(mutant.before)} times in {mutant.file}."
         )
     red = ""
-    for _ in range(TRIES):
+    for _ in range(MAX_KILLER_TRIES):
         path.write_text(source.replace(mutant.before, mutant.after))
         try:
             red = first_failure(TESTS[mutant.file].split(), copy)

@@ -36,8 +36,8 @@ from tests.benchmarks.real_sessions import SUBJECTS
 from tests.emulators.robot_process import robot_process
 
 RECORDER, GATE, DRIVER, CONSOLE = "--worker=recorder", "core.gate.process", "core.robots.process", "console"
-CHILDREN = (RECORDER, GATE, DRIVER)
-PROCESSES = (*CHILDREN, CONSOLE)
+CHILD_PROCESSES = (RECORDER, GATE, DRIVER)
+KILLED_PROCESSES = (*CHILD_PROCESSES, CONSOLE)
 SILENCES_S = {GATE: TWIST_TIMEOUT_S, DRIVER: FAILSAFE_S, CONSOLE: Limits().heartbeat}  # after which zero is asked for
 FRAMES_S = 0.05  # two frames of a robot: of the driver, and of the base
 COASTING_S = SimulationSettings().response * math.log(Limits().max_turn_rate / MOVING_SPEED)
@@ -70,7 +70,7 @@ class KilledTrial(Trial):
         """The console says so, the robot is live, and there is a process of each kind."""
         with contextlib.suppress(OSError):
             live = self.running.get("/api/state").get("robot", {}).get("link") == "live"
-            return live and not self.running.get("/api/health")["reasons"] and all(map(self.pids, CHILDREN))
+            return live and not self.running.get("/api/health")["reasons"] and all(map(self.pids, CHILD_PROCESSES))
         return False
 
     def pids(self, word: str) -> list[int]:
@@ -126,7 +126,9 @@ def stored(folder: Path) -> set[int]:
         return {row[0] for row in store.execute("SELECT id FROM deeds WHERE run = ?", (newest_run,))}
 
 
-def campaign(wires: str, kills: int, seed: int, processes: tuple[str, ...] = PROCESSES) -> Iterator[ProcessKill]:
+def campaign(
+    wires: str, kills: int, seed: int, processes: tuple[str, ...] = KILLED_PROCESSES
+) -> Iterator[ProcessKill]:
     """So many kills of each process in turn. A console's own is among them, so that no crash is its third."""
     chance = random.Random(seed)
     with robot_process(*SUBJECTS[wires]) as robot, ExitStack() as stack:

@@ -43,8 +43,8 @@ EVERY = 60.0  # [s] the memory is read
 PATIENCE_S = 60.0  # with an answer, beside whatever else the machine does
 DAY_S = 86_400.0
 WARM_UP_MIN = 30  # of a long life, after which everything has been loaded
-GROWS = ("recordings", "gate.csv")  # what the recording that runs and the measurement itself write
-VIEWERS = 5  # of a long life, and one who reads nothing
+GROWING_FILES = ("recordings", "gate.csv")  # what the recording that runs and the measurement itself write
+VIEWER_COUNT = 5  # of a long life, and one who reads nothing
 PATROL = {"hall": (3.0, 2.0), "crossing": (8.0, -0.1), "corner": (11.4, 0.2)}  # [m] places of sim:floor
 TURN_MIN = 5  # minutes of random orders, then as many of the patrol
 CONTRADICTION = 0.3  # share of orders that another one follows at once
@@ -201,7 +201,7 @@ def long_life(running: Console, seconds: float, seed: int) -> Iterator[dict[str,
     soak = Soak(running, seed)
     soak.prepare_patrol()
     with contextlib.ExitStack() as stack:
-        watch(running, VIEWERS, stack)
+        watch(running, VIEWER_COUNT, stack)
         for minute in range(1, round(seconds / EVERY) + 1):
             if (minute - 1) % (2 * TURN_MIN) == 0:
                 soak.begin_recording()

@@ -16,7 +16,7 @@ from hypothesis.stateful import invariant, run_state_machine_as_test
 
 from tests.core.gate.test_gate_state_machine import AnyOrderOfThings
 
-STEPS, STORIES = 50, 480  # of one story, at most; of one seed
+MAX_STORY_STEPS, STORY_COUNT = 50, 480  # of one story, at most; of one seed
 
 
 def run(number: int) -> tuple[int, str]:
@@ -29,8 +29,8 @@ def run(number: int) -> tuple[int, str]:
             counted["steps"] += 1
 
     options = settings(
-        max_examples=STORIES,
-        stateful_step_count=STEPS,
+        max_examples=STORY_COUNT,
+        stateful_step_count=MAX_STORY_STEPS,
         deadline=None,
         database=None,
         phases=(Phase.generate, Phase.shrink),

@@ -1,8 +1,7 @@
 """How long a STOP takes while strangers attack: `python -m tests.benchmarks.strangers [--trials 200] [--only NAME]`.
 
-[--everything]: beside four different strangers, 50 viewers look on, one who reads nothing and one who reads 1 kB a
-second,
-while the robot's camera is calibrated and the drive recorded; the pilot's lateness is told, too.
+With `--everything` 50 viewers look on beside four different strangers, one more who reads nothing and one who reads
+1 kB a second, while the robot's camera is calibrated and the drive recorded; the pilot's lateness is printed, too.
 
 STOP is `POST /api/stop` on a connection of its own, by the operator's key, until its answer; the socket's round trip
 is an echo on `/ws`. Both take turns, a moment apart, in each of the cases; the goal is a p99 of at most 25 ms. The
@@ -41,7 +40,7 @@ CASES: dict[str, tuple[str, ...]] = {
     "viewer, empty pings": ("pings",),
 }
 KEYED = ("flood", "within", "pings")  # who signs in as a viewer
-VIEWERS = 50
+VIEWER_COUNT = 50
 LATE_PERIOD_S = 5.0  # between two looks at the pilot's lateness, which health has of the last ten seconds
 PAUSE = 0.05  # [s] between two STOPs
 GOAL_MS = 25.0
@@ -131,7 +130,7 @@ def everything(trials: int) -> dict[str, dict[str, float]]:
     with console(auth=True) as running, contextlib.ExitStack() as stack:
         while running.get("/api/health")["reasons"]:
             time.sleep(0.1)
-        watch(running, VIEWERS, stack)
+        watch(running, VIEWER_COUNT, stack)
         running.answer("/api/recordings/start", {"name": "drive"})
         board = {"columns": 9, "rows": 6, "square_m": 0.03}
         session = running.answer("/api/calibration/sessions", {"kind": "camera", "board": board})["id"]

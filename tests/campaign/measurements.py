@@ -247,7 +247,7 @@ def rows_kept(effort: Effort) -> Iterator[RowFigure]:
 def everything_killed(effort: Effort) -> Iterator[RowFigure]:
     """Each process in turn is killed while the robot drives → until all is up again, the next console included."""
     found = list(process_kills.campaign(WIRE_DRIVERS[0], effort.trials, effort.seed))
-    for process in process_kills.PROCESSES:
+    for process in process_kills.KILLED_PROCESSES:
         name, times = process.removeprefix("--worker="), [one.up_s for one in found if one.process == process]
         yield worst(f"up again, {name} killed", times, 5.0, WIRE_DRIVERS[0], unit="s")
     answered, lost = sum(one.answered for one in found), sum(one.lost for one in found)
@@ -508,7 +508,7 @@ def risen(minutes: list[dict[str, Any]], faults: int) -> Iterator[RowFigure]:
     slope, low, high = soak.rise([sum(one["memory_mb"].values()) for one in lived])
     why = f"{ran}; 95 %: {low:.1f} to {high:.1f}"
     yield RowFigure("memory of all processes", round(max(0.0, slope), 1), "MB a day", 2.0, trials, "sim", why)
-    kept = [sum(mb for name, mb in one["disk_mb"].items() if name not in soak.GROWS) for one in lived]
+    kept = [sum(mb for name, mb in one["disk_mb"].items() if name not in soak.GROWING_FILES) for one in lived]
     slope, low, high = soak.rise(kept)
     why = f"95 %: {low:.1f} to {high:.1f}; without the recording that runs"
     yield RowFigure("data folder", round(max(0.0, slope), 1), "MB a day", 20.0, trials, "sim", why)

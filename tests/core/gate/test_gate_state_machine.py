@@ -14,9 +14,9 @@ from core.gate.gate import MAX_BLIND_S, STEADY_S, TROUBLE_HELD_S
 LIMITS = Limits()
 READY_TICKS = math.ceil((max(TROUBLE_HELD_S, STEADY_S) + 0.1) / TICK_S)
 FIRST_FRESH_PRESS = 10**6
-LASTING = ("the_gate_is_frozen", "the_clock_is_set_back")
+LASTING_EVENTS = ("the_gate_is_frozen", "the_clock_is_set_back")
 EVENTS = (
-    *LASTING,
+    *LASTING_EVENTS,
     "the_machine_slept",
     "the_robot_cannot_be_driven",
     "bumper",
@@ -138,7 +138,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
     def drive_until_something_happens(self, source: str, v: float, count: int, event: str, seconds: float) -> None:
         press = self.drive_at_last(source, v, count)
         happens = getattr(self, event)
-        happens(seconds) if event in LASTING else happens(True) if event == "bumper" else happens()
+        happens(seconds) if event in LASTING_EVENTS else happens(True) if event == "bumper" else happens()
         self.drive_properly(source, v, press, 2)  # the key is still held
 
     def drive_at_last(self, source: str, v: float, count: int) -> int:
