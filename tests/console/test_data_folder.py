@@ -142,7 +142,7 @@ def test_an_answer_comes_when_its_row_is_on_disk(live: Live) -> None:
 
 
 def test_a_stop_waits_for_no_disk(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.control.history.DISK_TIMEOUT_S", 1.0)
+    monkeypatch.setattr("console.control.history.DISK_TIMEOUT_S", 2.0)
     base = sqlite3.connect(live.runtime.history._store._path)
     base.execute("BEGIN EXCLUSIVE")
     try:
@@ -151,8 +151,8 @@ def test_a_stop_waits_for_no_disk(live: Live, monkeypatch: pytest.MonkeyPatch) -
         waited = time.monotonic() - began
         began = time.monotonic()
         assert live.ask("POST", "/api/stop", token=live.operator).status == 200
-        assert time.monotonic() - began < 0.5 * waited
-        assert waited > 0.5
+        assert time.monotonic() - began < 0.8 * waited
+        assert waited > 1.5
     finally:
         base.rollback()
         base.close()

@@ -344,7 +344,7 @@ def test_a_browser_that_is_slow_to_open_keeps_nobody_waiting(tmp_path: Path, mon
     monkeypatch.setattr("console.listening.ONCE_LIFE", 0.0)
     began = time.monotonic()
     announce(Options(data=tmp_path), 8420, Access())
-    assert time.monotonic() - began < 2
+    assert time.monotonic() - began < 8  # of the 10 s that the browser takes
     assert opened.wait(5)
     release.set()
 

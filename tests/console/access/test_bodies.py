@@ -144,14 +144,10 @@ def test_a_head_that_never_ends_is_given_up(live: Live, monkeypatch: pytest.Monk
     monkeypatch.setattr("console.http.timeouts.HEADER_TIME", 0.4)
     with socket.create_connection(("127.0.0.1", live.port), timeout=5) as line:
         line.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n")
-        began = time.monotonic()
-        for _ in range(20):
-            try:
+        with pytest.raises(OSError):
+            for _ in range(100):
                 line.sendall(b"X-More: 1\r\n")
                 time.sleep(0.1)
-            except OSError:
-                break
-        assert time.monotonic() - began < 1.8
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import pytest
@@ -29,10 +28,8 @@ def test_a_link_signs_in_who_opens_it_and_its_end_signs_out(live: Live) -> None:
     listed = as_admin(live, "GET", "/api/sessions").json
     assert opened.json["id"] in {row["id"] for row in listed["sessions"]}
     assert token not in str(listed)
-    began = time.monotonic()
     assert as_admin(live, "DELETE", f"/api/keys/{made.json['id']}").status == 204
     assert live.ask("GET", "/api/me", token=token).status == 401
-    assert time.monotonic() - began < 1.0
     assert as_admin(live, "DELETE", f"/api/keys/{made.json['id']}").status == 404
     assert as_admin(live, "DELETE", f"/api/sessions/{opened.json['id']}").status == 404, "it went with its key"
 

@@ -92,7 +92,7 @@ def test_a_worker_that_hangs_or_was_killed_is_given_up_and_started_anew() -> Non
         began = time.monotonic()
         with pytest.raises(WorkerLost, match="too long") as stopped:
             await worker.ask(job, budget=0.05)
-        assert time.monotonic() - began < 2.0 and not worker.alive and stopped.value.killed
+        assert time.monotonic() - began < 10.0 and not worker.alive and stopped.value.killed
 
     working(work)
 

@@ -213,7 +213,7 @@ def test_nobody_waits_long_for_a_disk_that_does_not_answer(tmp_path: Path, monke
     history.add("stop", ANNA)
     began = time.monotonic()
     asyncio.run(history.settled())
-    assert 0.5 < time.monotonic() - began < 3.0
+    assert 0.5 < time.monotonic() - began < 10.0
     base.rollback()
     base.close()
     history.close()

@@ -68,7 +68,7 @@ def test_a_listener_who_sleeps_gets_the_newest_and_the_sender_never_waits() -> N
         for n in range(200):
             frame_sender.put_frame(frame(float(n), image=IMAGE if n % 2 else None, scan=SCAN if n == 50 else None))
         frame_sender.put(RobotAnswer(1, {}))
-        assert time.monotonic() - begun < 1.0
+        assert time.monotonic() - begun < 10.0  # a sender that waited would wait for ever
         inbox, got = FrameReceiver(), []
         there.settimeout(5.0)
         while not (got and isinstance(got[-1], SensorFrame) and got[-1].stamp == 199.0):
