@@ -44,9 +44,14 @@ class IncrementalProtocol(ABC):
     def idle(self) -> bool:
         return False
 
-    def drop(self) -> None:
-        """End it now: others need the place."""
-        self.transport.abort()
+    def drop(self, silence_s: float = 0.0) -> None:
+        """End it, now or after a silence in which nothing is read: others need the place."""
+        if silence_s:
+            self.forget()
+            self.transport.pause_reading()
+            self.loop.call_later(silence_s, self.transport.abort)
+        else:
+            self.transport.abort()
 
     @property
     def piece(self) -> int:
