@@ -24,7 +24,7 @@ from core.files import UNFINISHED, reason
 MANIFEST = "beckon-backup.json"
 BACKUP_FORMAT = 1
 DATABASE = "history.sqlite"
-NEVER_KEPT = ("models", "lock", "access.lock", "before-restore", "open.html")  # made again, or of this machine alone
+NEVER_KEPT = ("models", "lock", "driver.lock", "access.lock", "before-restore", "open.html")  # made again, or of here
 HALT = "halt."  # begins the latch of a halt: only a person ends it
 RECORDINGS = "recordings"
 MAX_MANIFEST_BYTES = 64 << 20

@@ -103,7 +103,7 @@ class RobotSupervisor:
         settings = load(settings_file)
         self.trouble = ""  # why there is no robot, a sentence; "" when there is one
         self.alarm: Callable[[str], None] = log.debug  # called at every loss of driver or gate, from any thread
-        self._opening = OpenRequest(url, seed, excerpt(url, settings))
+        self._opening = OpenRequest(url, seed, excerpt(url, settings), home / "driver.lock")
         self._limits = limits or settings.limits
         self._halt, self._home, self._trace = HaltRequest(home), home, gate_trace
         self._profile: Profile | None = None

@@ -5,6 +5,7 @@ To the driver go packets of JSON; what a request asks for stays unread until the
 
 import socket
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Self
 
 import msgspec
@@ -21,6 +22,7 @@ class OpenRequest:
     url: str
     seed: int
     settings: object | None  # sections as attributes, see `connect`
+    lock: Path | None = None  # a file that the driver of a real robot holds while it lives
 
 
 @dataclass(frozen=True)

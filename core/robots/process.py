@@ -7,6 +7,8 @@ only as fast as gate and console keep up with it.
 """
 
 import argparse
+import contextlib
+import fcntl
 import logging
 import math
 import os
@@ -17,6 +19,7 @@ import socket
 import sys
 import time
 import traceback
+from collections.abc import Generator
 from dataclasses import replace
 
 import msgspec
@@ -47,6 +50,7 @@ from core.sentences import plain
 TWIST_TIMEOUT_S = 0.3  # watchdog over the gate: without a twist for so long the base is stopped
 MAX_SLOWDOWN_FACTOR = 40.0  # by which a simulated robot lives slower while gate or console do not come to their work
 MAX_BEHIND_S = 0.1  # that may be caught up; more is given up, and said when it goes on
+PREDECESSOR_TIMEOUT_S = 6.0  # that the driver of a killed console may still live: its gate says zero for a while
 PACE_WINDOW = 10.0  # [s] over which the pace is measured
 CALM_WINDOWS = 6  # windows without a delay after which the computer keeps up again: a busy one is quick now and then
 
@@ -219,6 +223,28 @@ class DriverPace:
         self._given_up, self._since = 0.0, now
 
 
+@contextlib.contextmanager
+def sole_driver(opening: OpenRequest) -> Generator[None]:
+    """Be the one driver of this data folder's robot, as soon as that of a console that was killed has let go of it.
+
+    A laser on Ethernet serves one client, and two readers of a serial port take each other's bytes. A predecessor
+    that stays longer than its gate can is left to the wire, which says what is in the way.
+    """
+    if opening.lock is None or opening.url.startswith(("sim:", "log:")):
+        yield
+        return
+    end = time.monotonic() + PREDECESSOR_TIMEOUT_S
+    with contextlib.ExitStack() as held:
+        with contextlib.suppress(OSError):  # no file can be written, or locked, there: others say so
+            file = held.enter_context(opening.lock.open("ab"))
+            while time.monotonic() < end:
+                with contextlib.suppress(BlockingIOError):
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    break
+                time.sleep(0.02)
+        yield
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Run the driver on the descriptors that the console passed on."""
     parser = argparse.ArgumentParser(prog="core.robots.process")
@@ -236,13 +262,14 @@ def main(arguments: list[str] | None = None) -> None:
         control.setblocking(False)
         if opening.url.startswith("log:"):
             stand_back()  # nothing moves, and reading a long recording takes a whole processor
-        robot = connect(opening.url, seed=opening.seed, settings=opening.settings)
-        try:
-            frame_sender.put(DriverHello(robot.profile))
-            DriverLoop(robot, control, gate, frame_sender).run()
-        finally:
-            robot.drive(ZERO)
-            robot.close()
+        with sole_driver(opening):
+            robot = connect(opening.url, seed=opening.seed, settings=opening.settings)
+            try:
+                frame_sender.put(DriverHello(robot.profile))
+                DriverLoop(robot, control, gate, frame_sender).run()
+            finally:
+                robot.drive(ZERO)
+                robot.close()
         code = 0
     except BeckonError as refusal:
         frame_sender.put(DriverTrouble.of(refusal))

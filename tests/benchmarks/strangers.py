@@ -6,7 +6,7 @@ With `--everything` 50 viewers look on beside four different strangers, one more
 STOP is `POST /api/stop` on a connection of its own, by the operator's key, until its answer; the socket's round trip
 is an echo on `/ws`. Both take turns, a moment apart, in each of the cases; the goal is a p99 of at most 25 ms. The
 operator comes before the strangers on the cores that all share, as on a computer of their own: else what is measured
-is how long the operator's own program waits for a core (p99 40 ms beside four strangers, where this is 3 ms).
+is how long the operator's own program waits for a core (p99 40 ms beside four strangers, where this is 12 ms).
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,8 @@ from core.errors import BadInput, Refused, Unavailable
 from core.gate import Limits, Setpoint, check, read_trace
 from core.gate.latch import Latch
 from core.robots.connect import SCHEMES
+from core.robots.ipc_messages import OpenRequest
+from core.robots.process import sole_driver
 from core.robots.requests import ReadTruth
 from tests.console.tiny_process import TinyProcess
 from tests.console.tiny_robot import TINY, Break, Fly, ReadTwist, Sleep, Touch
@@ -615,6 +618,30 @@ def test_a_killed_console_means_zero_and_both_processes_end(tmp_path: Path) -> N
     time.sleep(0.5)
     assert console.last_motion() - killed < 0.4
     console.end()
+
+
+def test_another_console_waits_for_the_driver_of_a_killed_one(tmp_path: Path) -> None:
+    """A laser that serves one client does not answer while that one still lives."""
+    console = Console(tmp_path)
+    console.kill(signal.SIGKILL)
+    robot = TinyProcess("tiny:", home=tmp_path)
+    robot.start()
+    assert not runs(console.pids["driver"])
+    robot.close()
+    console.end()
+
+
+def test_a_driver_that_does_not_go_is_waited_for_in_vain(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("core.robots.process.PREDECESSOR_TIMEOUT_S", 0.2)
+    opening = OpenRequest("serial:/dev/null", 0, None, tmp_path / "driver.lock")
+    with sole_driver(opening):
+        began = time.monotonic()
+        with sole_driver(opening):
+            assert time.monotonic() - began >= 0.2
+        with sole_driver(replace(opening, url="sim:lab")):
+            pass
+    with sole_driver(replace(opening, lock=tmp_path / "missing" / "driver.lock")):
+        pass
 
 
 def test_a_frozen_console_means_zero_and_nothing_moves_when_it_wakes(tmp_path: Path) -> None:
