@@ -3,7 +3,10 @@
 The package is imported when it is first needed, never before: nothing else of Beckon depends on it.
 """
 
+import heapq
 import math
+import sys
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -15,7 +18,8 @@ from core.install import install_packages
 from core.message import Array
 from core.speech.recognition.recognizer import pcm
 from core.speech.sphinx.fsg import automaton
-from core.speech.sphinx.garbage_model import PHONE_WORD, choose, phones_of, read_dictionary
+from core.speech.sphinx.garbage_model import PHONE_WORD, choose, command_words, entries, phones_of, read_dictionary
+from core.speech.sphinx.jsgf import words_of
 
 MISSING = (
     "Recognising words needs the package pocketsphinx, which brings its model: "
@@ -23,6 +27,7 @@ MISSING = (
 )
 MODEL = "en-us"
 FRAME_S = 0.01  # in which it counts
+MOST_COMMON = 5000  # words among which those that compete are looked for first; 3,000 are enough
 SEARCH = "heard"  # what a decoder with a grammar or a keyword calls it
 
 
@@ -49,16 +54,28 @@ def keyword_decoder(word: str, phones: str, threshold: float, delay: int) -> Any
 
 
 def grammar_decoder(jsgf: str, **options: Any) -> Any:
-    """A decoder that hears sentences of the grammar, which may use PHONE_WORD. Raises Unavailable."""
-    made = decoder(**options)
-    phones = phones_of(read_dictionary(dictionary_file()))
+    """A decoder that hears sentences of the grammar, which may use PHONE_WORD. Raises Unavailable.
+
+    It knows the words of the grammar and no others, for the same reason.
+    """
+    made = decoder(dict=None, **options)
+    known = read_dictionary(dictionary_file(), frozenset(words_of([jsgf])))
     also = {word: sounds for spec in VOCABULARY for word, sounds in spec.pronunciations.items()}
-    for word, sounds in also.items():
-        made.add_word(f"{word}(2)", sounds, False)
-    for phone in phones:
-        made.add_word(PHONE_WORD.format(phone.lower()), phone, phone == phones[-1])
+    add_words(
+        made, {word: (*map(" ".join, ways), *([also[word]] if word in also else ())) for word, ways in known.items()}
+    )
     listen_for(made, SEARCH, jsgf)
     return made
+
+
+def add_words(decoder: Any, words: Mapping[str, Sequence[str]]) -> None:
+    """Teach words to a decoder without a dictionary, each by its pronunciations, and PHONE_WORD of every phone."""
+    for word, ways in words.items():
+        for number, way in enumerate(ways, 1):
+            decoder.add_word(word if number == 1 else f"{word}({number})", way, False)
+    phones = phones_of(dictionary_file())
+    for phone in phones:
+        decoder.add_word(PHONE_WORD.format(phone.lower()), phone, phone == phones[-1])
 
 
 def listen_for(decoder: Any, search: str, jsgf: str) -> None:
@@ -80,12 +97,21 @@ def garbage_words(count: int, resembling: int) -> tuple[str, ...]:
     """The phones as words, and the most common words: `count` that no command's word can be mistaken for, and
     `resembling` that one can.
     """
-    sphinx = _package()
-    dictionary = read_dictionary(dictionary_file())
-    any_decoder = decoder()
-    model = sphinx.NGramModel(any_decoder.config, any_decoder.logmath, str(_file("en-us.lm.bin")))
-    phones = tuple(PHONE_WORD.format(phone.lower()) for phone in phones_of(dictionary))
-    return phones + choose(dictionary, lambda word: model.prob([word]), count, resembling)
+    path = dictionary_file()
+    any_decoder = decoder(dict=None)
+    model = _package().NGramModel(any_decoder.config, any_decoder.logmath, str(_file("en-us.lm.bin")))
+
+    def frequency(word: str) -> float:
+        return model.prob([word])
+
+    found: tuple[str, ...] = ()
+    for most in (MOST_COMMON, sys.maxsize):
+        words = (word for word, _ in entries(path) if word.isalpha())
+        common = heapq.nsmallest(most, words, key=lambda word: (-frequency(word), word))
+        found = choose(read_dictionary(path, {*common, *command_words()}), frequency, count, resembling)
+        if len(found) == count + resembling:
+            break
+    return tuple(PHONE_WORD.format(phone.lower()) for phone in phones_of(path)) + found
 
 
 def dictionary_file() -> Path:

@@ -6,8 +6,7 @@ words with which commands begin: "stop talking" begins like one and is none. Wha
 refused. Words and their frequencies are those of the model that comes with pocketsphinx.
 """
 
-import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -52,20 +51,30 @@ def fixed_words() -> frozenset[str]:
     return frozenset(words_of(phrases()))
 
 
-@cache
-def read_dictionary(path: Path) -> Dictionary:
-    """A pronouncing dictionary of CMU's form → the pronunciations of every word."""
+def entries(path: Path) -> Iterator[tuple[str, str]]:
+    """Read a pronouncing dictionary of CMU's form, line by line → each word and the phones of one way to say it.
+
+    A word that is said in several ways comes several times.
+    """
+    with path.open(encoding="utf-8") as lines:
+        for line in lines:
+            name, _, phones = line.strip().partition(" ")
+            yield name.partition("(")[0], phones
+
+
+def read_dictionary(path: Path, words: Collection[str]) -> Dictionary:
+    """Return the pronunciations of these of a dictionary's words. All 126,000 would take 62 MB."""
     found: dict[str, tuple[Pronunciation, ...]] = {}
-    for line in path.read_text(encoding="utf-8").splitlines():
-        name, *phones = line.split()
-        word = re.sub(r"\(\d+\)$", "", name)
-        found[word] = (*found.get(word, ()), tuple(phones))
+    for word, phones in entries(path):
+        if word in words:
+            found[word] = (*found.get(word, ()), tuple(phones.split()))
     return found
 
 
-def phones_of(dictionary: Dictionary) -> tuple[str, ...]:
-    """The phones of the language."""
-    return tuple(sorted({phone for ways in dictionary.values() for way in ways for phone in way}))
+@cache
+def phones_of(path: Path) -> tuple[str, ...]:
+    """Return the phones of the language of a dictionary."""
+    return tuple(sorted({phone for _, phones in entries(path) for phone in phones.split()}))
 
 
 def choose(

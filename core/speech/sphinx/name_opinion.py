@@ -18,8 +18,8 @@ from core.sensors.resampling import resampled
 from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.sphinx.decoded_path import DecodedPath, decoded
-from core.speech.sphinx.decoder import decoder, dictionary_file, listen_for
-from core.speech.sphinx.garbage_model import PHONE_WORD, Dictionary, Pronunciation
+from core.speech.sphinx.decoder import add_words, decoder, dictionary_file, listen_for
+from core.speech.sphinx.garbage_model import PHONE_WORD, Dictionary, phones_of, read_dictionary
 from core.speech.sphinx.jsgf import written
 from core.speech.sphinx.recognizer import options_of, views_of
 from core.speech.understanding.grammar import OwnPhrases
@@ -29,7 +29,6 @@ MIN_PART_LETTERS = 3  # of each half of a word that is made of two
 NAME_BEGINNINGS = tuple(dict.fromkeys(words.split(" {name}")[0] for words in (*TO_PLACE, *START_ROUTE.words)))
 NAMES_SEARCH, PHONES_SEARCH = "all names", "any phones"  # searches; that of a single name is called by its key
 WORST_NATS = -400.0  # of a name that does not fit at all
-VARIANT_MARK = re.compile(r"\(\d+\)$")  # behind a word of the dictionary that is said in another way, too
 POSSESSIVE_ENDING = "'s"
 
 
@@ -50,7 +49,7 @@ class SphinxNameOpinion:
         if not phrases:
             return
         begins = [begin.split() for begin in NAME_BEGINNINGS]
-        known, phones = pronunciations({word for words in (*phrases, *begins) for word in words}, dictionary_file())
+        known = pronunciations({word for words in (*phrases, *begins) for word in words}, dictionary_file())
         plain = {word: f"word_{number}" for number, word in enumerate(known)}  # whatever marks are in it
         self._said = {
             tuple(plain[word] for word in phrase): key
@@ -60,13 +59,9 @@ class SphinxNameOpinion:
         if not self._said:
             return
         self._decoder = decoder(dict=None, **(options_of(self._settings) | {"compallsen": True}))
-        for word, ways in known.items():
-            for number, way in enumerate(ways):
-                self._decoder.add_word(plain[word] + (f"({number + 1})" if number else ""), " ".join(way), False)
-        for phone in phones:
-            self._decoder.add_word(PHONE_WORD.format(phone.lower()), phone, phone == phones[-1])
+        add_words(self._decoder, {plain[word]: tuple(map(" ".join, ways)) for word, ways in known.items()})
         begun = " | ".join(" ".join(plain[word] for word in begin) for begin in begins)
-        loop = " | ".join(PHONE_WORD.format(phone.lower()) for phone in phones)
+        loop = " | ".join(PHONE_WORD.format(phone.lower()) for phone in phones_of(dictionary_file()))
         listen_for(self._decoder, PHONES_SEARCH, written({"begin": begun, "phone": loop}, "<begin> <phone>+"))
         listen_for(self._decoder, NAMES_SEARCH, written({}, " | ".join(map(" ".join, self._said))))
         for key in set(self._said.values()):
@@ -97,27 +92,22 @@ class SphinxNameOpinion:
         return decoded(self._decoder, view)
 
 
-def pronunciations(words: Iterable[str], dictionary: Path) -> tuple[Dictionary, tuple[str, ...]]:
-    """Small words → how those are said that can be, and all phones, by a dictionary of CMU's form.
+def pronunciations(words: Iterable[str], dictionary: Path) -> Dictionary:
+    """Small words → how those are said that can be, by a dictionary of CMU's form.
 
     A word that is not in it may be made of two that are ("whiteboard"), or of one and whose it is ("Sophie's").
     """
     wanted = {word: list(_ways_to_write(word)) for word in words}
     parts = {part for ways in wanted.values() for way in ways for part in way}
-    found: dict[str, list[Pronunciation]] = {POSSESSIVE_ENDING: [("Z",)]}
-    phones: set[str] = set()
-    for line in dictionary.read_text(encoding="utf-8").splitlines():
-        name, *way = line.split()
-        phones.update(way)
-        if (word := VARIANT_MARK.sub("", name)) in parts and word != POSSESSIVE_ENDING:
-            found.setdefault(word, []).append(tuple(way))
+    found = read_dictionary(dictionary, parts) | {POSSESSIVE_ENDING: (("Z",),)}
     known: Dictionary = {}
     for word, ways in wanted.items():
         way = next((way for way in ways if all(part in found for part in way)), None)
         if way is not None:
-            said = found[way[0]] if len(way) == 1 else [tuple(phone for part in way for phone in found[part][0])]
-            known[word] = tuple(said)
-    return known, tuple(sorted(phones))
+            known[word] = (
+                found[way[0]] if len(way) == 1 else (tuple(phone for part in way for phone in found[part][0]),)
+            )
+    return known
 
 
 def _ways_to_write(word: str) -> Iterator[tuple[str, ...]]:

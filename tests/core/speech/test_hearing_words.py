@@ -13,7 +13,15 @@ from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import Decision, RecognizedUtterance, stop
 from core.speech.recognition.recognizer import Utterance, at_16_khz
 from core.speech.settings import RATE_HZ
-from core.speech.sphinx.garbage_model import choose, command_words, fixed_words, grammar, openings, phones_of
+from core.speech.sphinx.garbage_model import (
+    choose,
+    command_words,
+    fixed_words,
+    grammar,
+    openings,
+    phones_of,
+    read_dictionary,
+)
 from core.speech.sphinx.jsgf import NUMBER_RULES, words_of
 from core.speech.transcription.transcriber import Transcriber
 from core.speech.understanding.grammar import OwnPhrases, parse
@@ -50,8 +58,14 @@ def test_words_that_resemble_a_number_only_are_no_rivals():
     assert "heaven" not in choose(dictionary | {"heaven": (("HH", "EH", "V", "AH", "N"),)}, len, 9, 9)
 
 
-def test_the_phones_of_a_language_are_those_of_its_words_and_numbers_are_words_of_commands():
-    assert phones_of(DICTIONARY)[:3] == ("AA", "AH", "B")
+def test_a_dictionary_is_read_for_the_words_that_are_needed_and_its_phones(tmp_path):
+    file = tmp_path / "words.dict"
+    file.write_text("a AH\na(2) EY\nturn T ER N\nwindow W IH N D OW\n")
+    assert read_dictionary(file, {"a", "turn", "absent"}) == {"a": (("AH",), ("EY",)), "turn": (("T", "ER", "N"),)}
+    assert phones_of(file) == ("AH", "D", "ER", "EY", "IH", "N", "OW", "T", "W")
+
+
+def test_numbers_are_words_of_commands():
     assert {"turn", "meters", "minus", "point", "wall"} <= command_words()
     assert fixed_words() == command_words() - set(words_of(NUMBER_RULES.values()))
 

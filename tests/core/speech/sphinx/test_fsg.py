@@ -105,6 +105,14 @@ def test_the_grammars_have_few_states() -> None:
     assert automaton(grammar([f"word{n}" for n in range(900)], 30_000.0)).states < 8
 
 
+def test_a_decoder_knows_the_words_of_its_grammar_and_no_others() -> None:
+    """The whole dictionary takes 30 MB in each of three decoders."""
+    pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
+    reader = grammar_decoder(plain_grammar(), **WIDE)
+    found = [reader.lookup_word(word) for word in ("zebra", "left", "turn(2)")]
+    assert found == [None, "L EH F T", "T AH N"]
+
+
 @pytest.mark.parametrize(
     "words",
     [

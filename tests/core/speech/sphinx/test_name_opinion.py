@@ -41,9 +41,7 @@ def test_a_word_is_said_as_the_dictionary_has_it_or_its_parts(
     tmp_path: Path, word: str, ways: tuple[tuple[str, ...], ...] | None
 ) -> None:
     (file := tmp_path / "words.dict").write_text(DICTIONARY_LINES)
-    known, phones = pronunciations([word], file)
-    assert known.get(word) == ways
-    assert {"W", "AY", "S"} <= set(phones)
+    assert pronunciations([word], file).get(word) == ways
 
 
 @pytest.mark.parametrize("names", [(), ("Xqzkvr",)])
