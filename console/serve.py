@@ -4,7 +4,6 @@ What it takes to open the robot is imported here; the web stack, which takes lon
 """
 
 import contextlib
-import ctypes
 import gc
 import sys
 from dataclasses import replace
@@ -18,13 +17,13 @@ from console.robot.supervisor import RobotSupervisor
 from console.service_manager import notify
 from core.errors import BadInput, BeckonError, Unavailable
 from core.gate.scheduling import CONSOLE_RANK, come_first
+from core.heap import share_arenas
 from core.sentences import Statement
 from core.settings import load
 from core.speech.recognition.engines import chosen
 from core.speech.settings import SpeechSettings
 
 SWITCH_INTERVAL_S = 0.001  # after which a computing thread lets the event loop in
-M_ARENA_MAX = -8  # of glibc's mallopt
 
 
 def serve(options: Options) -> None:
@@ -111,12 +110,6 @@ def first_notices(options: Options, trouble: str, damaged: str) -> list[tuple[Li
     found: list[tuple[Literal["error", "warning"], str]] = [("error", trouble)] if trouble else []
     readable = READABLE_BY_OTHERS_WARNING if is_readable(options) else ""
     return [*found, *(("warning", words) for words in (readable, damaged) if words)]
-
-
-def share_arenas() -> None:
-    """Let all threads share two arenas: glibc keeps what each has freed in its own one, 27 MB after a single page."""
-    with contextlib.suppress(AttributeError, TypeError):  # another C library
-        ctypes.CDLL(None).mallopt(M_ARENA_MAX, 2)
 
 
 def warn_without_words(settings: SpeechSettings) -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar, ReadUtterance
+from core.heap import give_back
 from core.navigation.places import NamedPlace
 from core.sensors.microphones import Sound
 from core.sentences import code_of
@@ -41,6 +42,7 @@ class TranscriptionWorker:
             self._spotter = open_keyword_spotter(job.settings, opened.recognizer)
             self._engine = known = job.settings, opened
             self._places = ()
+            give_back()
         engine = known[1]
         self._learn(job.places)
         if job.array is None:

@@ -29,6 +29,7 @@ from core.gate import ZERO, Twist
 from core.gate.limits import is_number
 from core.gate.packets import LARGEST, packet_socket, send_packet, take_packets
 from core.gate.scheduling import stand_back
+from core.heap import give_back
 from core.robots import Robot
 from core.robots.connect import connect
 from core.robots.frame_sender import FrameSender, resting_rate
@@ -265,6 +266,7 @@ def main(arguments: list[str] | None = None) -> None:
         with sole_driver(opening):
             robot = connect(opening.url, seed=opening.seed, settings=opening.settings)
             try:
+                give_back()  # painting a simulated room takes 12 MB more than it has then
                 frame_sender.put(DriverHello(robot.profile))
                 DriverLoop(robot, control, gate, frame_sender).run()
             finally:

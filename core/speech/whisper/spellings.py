@@ -67,8 +67,8 @@ class _SpellingBuilder:
 
     def __init__(self, encode: Callable[[str], tuple[int, ...]], own: Iterable[str]) -> None:
         self._encode = encode
-        self.arcs: list[dict[int, set[int]]] = []
-        self.free: list[set[int]] = []  # places that are reached without a token
+        self.arcs: list[dict[int, tuple[int, ...]]] = []  # tuples: 57,000 sets of one place would take 12 MB
+        self.free: list[tuple[int, ...]] = []  # places that are reached without a token
         self.begin, self.end = self._new(), self._new()
         last = self._new()
         for pattern in (
@@ -84,19 +84,22 @@ class _SpellingBuilder:
 
     def _new(self) -> int:
         self.arcs.append({})
-        self.free.append(set())
+        self.free.append(())
         return len(self.arcs) - 1
 
     def _skip(self, source: int, target: int) -> None:
-        self.free[source].add(target)
+        self.free[source] += (target,)
 
     def _write(self, text: str, source: int, target: int) -> None:
         *first, last = self._encode(text)
         for token in first:
             place = self._new()
-            self.arcs[source].setdefault(token, set()).add(place)
+            self._lead(source, token, place)
             source = place
-        self.arcs[source].setdefault(last, set()).add(target)
+        self._lead(source, last, target)
+
+    def _lead(self, source: int, token: int, target: int) -> None:
+        self.arcs[source][token] = (*self.arcs[source].get(token, ()), target)
 
     def _write_sentence(self, pattern: str, begin: int, end: int) -> None:
         """Add "stop at {x_m} and {y_m} meters": its first word small or capital."""
@@ -215,7 +218,7 @@ class Spellings:
     def _closed(self, places: set[int]) -> State:
         waiting, found = list(places), set(places)
         while waiting:
-            fresh = self._free[waiting.pop()] - found
+            fresh = set(self._free[waiting.pop()]) - found
             found |= fresh
             waiting += fresh
         return frozenset(found)
