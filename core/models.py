@@ -16,11 +16,9 @@ import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from http.client import HTTPException
 from pathlib import Path
 from typing import IO
 from urllib.parse import urlsplit
-from urllib.request import urlopen
 
 from core.errors import BadInput, Unavailable, Unwritable
 from core.files import reason, replacing, write_atomic
@@ -256,6 +254,9 @@ def _by_hand(spec: ModelSpec) -> str:
 
 def _fetched(place: Path, file: str, wanted: ModelFileSpec, tell: Tell) -> Path:
     """Fetch one file of a model from its publisher → its path, unchecked. Raises Unavailable."""
+    from http.client import HTTPException  # late: 3 MB that what reads words does without
+    from urllib.request import urlopen
+
     host, target = urlsplit(wanted.url).hostname, place / "fetched"
     tell(f"{file} is fetched from {host} ({wanted.size / 1e6:.0f} MB).")
     try:

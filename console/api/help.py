@@ -1,20 +1,25 @@
 """Help: the pages of static/docs, rendered for the browser, offline."""
 
+from __future__ import annotations
+
 import html
 import re
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, RedirectResponse
-from markdown_it import MarkdownIt
-from markdown_it.token import Token
 
 from console.access.roles import needs
 from console.api.page_files import NO_CACHE
 from console.http.problems import Problem, wanted_page
 from core.sentences import static_folder
+
+if TYPE_CHECKING:
+    from markdown_it import MarkdownIt
+    from markdown_it.token import Token
 
 help_pages = APIRouter()
 
@@ -68,6 +73,8 @@ def rendered(file: Path, _changed: int, root: str) -> str:
 
 def reader() -> MarkdownIt:
     """Markdown with tables, and with code that the keyboard can scroll."""
+    from markdown_it import MarkdownIt  # late: it is there for the first page that is read
+
     made = MarkdownIt("commonmark").enable("table")
     for block in ("fence", "code_block"):
         made.add_render_rule(block, scrolled_code)

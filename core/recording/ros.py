@@ -31,12 +31,13 @@ from core.recording.odometry_track import OdometryTrack, heading_of
 from core.recording.read_report import ReadReport
 from core.recording.recording import LogSettings, ScanRecording, logged_stamp, stamped
 from core.recording.robot_names import OTHER_ODOMETRY, robot_of, robots_in
-from core.recording.ros_frames import FrameTree, Placed
+from core.recording.ros_frames import FrameTree
 from core.recording.ros_pictures import CAMERA_INFO, COMPRESSED, IMAGE, RosPictures
 from core.recording.ros_sound import AUDIO_DATA, AUDIO_INFO, AUDIO_STAMPED, RAW_AUDIO, RosSounds, with_sound
 from core.recording.scans import in_time_order, make_scan, scan_recording
 from core.sensors import Scan
 from core.sensors.checks import refusal
+from core.sensors.laser import Placed
 from core.sensors.scan_gate import RangeUnit, checked_angles
 
 LASER_SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"

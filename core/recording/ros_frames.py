@@ -9,32 +9,17 @@ from typing import Any
 import numpy as np
 
 from core.geometry import Pose, Transform
-from core.message import Array, message
+from core.message import Array
 from core.recording.odometry_track import heading_of
 from core.recording.read_report import BadRecord
 from core.recording.robot_names import BASES, ODOMETRIES, known_frame
+from core.sensors.laser import Placed, flat
 
 MOST_PAIRS = 1000
 MOST_ROWS = 4_000_000  # numbers held per moving pair
 MAX_TREMBLE = 0.002  # [m, rad] of a fixed transform that is published again and again
-MAX_TILT = math.radians(20)  # of a laser whose plane is taken for level
 
 Pair = tuple[str, str]  # parent, child
-
-
-@message
-class Placed:
-    """The mounting of a laser on the robot, in the plane."""
-
-    pose: Pose = Pose()  # robot_from_laser
-    height: float = 0.12  # [m]
-    upside_down: bool = False
-    tilt: float = 0.0  # [rad] of its plane from the floor's
-
-    @property
-    def level(self) -> bool:
-        """True where it sees what is around, not the floor and not a vertical slice."""
-        return self.tilt < MAX_TILT
 
 
 class FrameTree:
@@ -128,18 +113,6 @@ class FrameTree:
         """Return whether a pair is fixed; older robots repeat fixed transforms on /tf."""
         rows = self._moving.get(pair)
         return rows is None or bool(np.ptp(np.array(rows).reshape(-1, 5)[:, 2:], axis=0).max() < MAX_TREMBLE)
-
-
-def flat(robot_from_laser: Transform) -> Placed:
-    """A laser's frame on the robot → its mounting in the plane."""
-    x, y, z = (float(number) for number in robot_from_laser.translation)
-    forward = robot_from_laser.rotation[:, 0]
-    return Placed(
-        pose=Pose(x, y, math.atan2(float(forward[1]), float(forward[0]))),
-        height=z,
-        upside_down=bool(robot_from_laser.rotation[2, 2] < -0.5),
-        tilt=math.acos(min(1.0, abs(float(robot_from_laser.rotation[2, 2])))),
-    )
 
 
 def _matrix(x: float, y: float, z: float, w: float) -> Array:

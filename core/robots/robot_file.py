@@ -24,14 +24,13 @@ from typing import Annotated, Any, Literal, TypeVar, cast
 import msgspec
 import numpy as np
 
-from core.calibration.files.camera_files import read_camera
 from core.errors import BadInput
 from core.geometry import OPTICAL, Pose, Transform, rotation_of_rpy
-from core.recording.ros_frames import flat
 from core.robots import Capability, Profile
 from core.robots.device import Base, Equipment
 from core.robots.urdf import Body, load_body
 from core.sensors import Camera, Laser
+from core.sensors.laser import flat
 from core.sensors.microphones import MicrophoneArray, load_array
 from core.sentences import Statement, plain
 
@@ -298,7 +297,11 @@ def _camera(camera: Camera, table: CameraTable | None, folder: Path, body: Body 
     mounting = camera.mounting if table.x is None else mounting_of(table.x, table)
     if table.link:
         mounting = optical_mounting(_link(body, table.link))
-    model = read_camera(folder / table.calibration) if table.calibration else camera.model
+    model = camera.model
+    if table.calibration:
+        from core.calibration.files.camera_files import read_camera  # late: few robots name a file of YAML
+
+        model = read_camera(folder / table.calibration)
     return replace(camera, mounting=mounting, model=model, rate=table.rate or camera.rate)
 
 

@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 
-from core.geometry import Pose
+from core.geometry import Pose, Transform
 from core.message import Array, message
 from core.sensors.checks import are_finite, is_array
 
 MIN_BEAMS, MAX_BEAMS = 2, 20_000  # of a scan
 MAX_SWEEP_S = 2.0  # [s] from the first beam of a scan to its last
 MAX_STAMP_S = 1e11  # [s]
+MAX_TILT = math.radians(20)  # of a laser whose plane is taken for level
 
 
 @message
@@ -28,6 +29,33 @@ class Laser:
     rate: float | None = 10.0  # [Hz]; None: not known
     time_step: float = 0.1 / 1024  # [s] between neighbouring beams
     time_offset: float = 0.0  # [s] to add to the scans' stamps, to be on the odometry's clock
+
+
+@message
+class Placed:
+    """The mounting of a laser on the robot, in the plane."""
+
+    pose: Pose = Pose()  # robot_from_laser
+    height: float = 0.12  # [m]
+    upside_down: bool = False
+    tilt: float = 0.0  # [rad] of its plane from the floor's
+
+    @property
+    def level(self) -> bool:
+        """True where it sees what is around, not the floor and not a vertical slice."""
+        return self.tilt < MAX_TILT
+
+
+def flat(robot_from_laser: Transform) -> Placed:
+    """A laser's frame on the robot → its mounting in the plane."""
+    x, y, z = (float(number) for number in robot_from_laser.translation)
+    forward = robot_from_laser.rotation[:, 0]
+    return Placed(
+        pose=Pose(x, y, math.atan2(float(forward[1]), float(forward[0]))),
+        height=z,
+        upside_down=bool(robot_from_laser.rotation[2, 2] < -0.5),
+        tilt=math.acos(min(1.0, abs(float(robot_from_laser.rotation[2, 2])))),
+    )
 
 
 @message

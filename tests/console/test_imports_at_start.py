@@ -7,7 +7,16 @@ import subprocess
 import sys
 
 SCIPY_PARTS = ("scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.sparse", "scipy.spatial", "scipy.stats")
-LATE_MODULES = (*SCIPY_PARTS, "matplotlib", "onnxruntime", "pocketsphinx", "sounddevice", "torch", "zenoh")
+LATE_MODULES = (
+    *SCIPY_PARTS,
+    "markdown_it",
+    "matplotlib",
+    "onnxruntime",
+    "pocketsphinx",
+    "sounddevice",
+    "torch",
+    "zenoh",
+)
 MOST_MODULES = 1500  # 1,430; 1,854 before scipy came late
 MOST_SECONDS = 3.0  # of processor time; 1.0 on the machine on which it was measured, which was busy
 
@@ -37,3 +46,13 @@ def test_the_driver_and_the_workers_do_without_scipy_and_the_web() -> None:
     for module in ("core.robots.process", "console.workers.process"):
         modules, _ = loaded(module)
         assert not {name.partition(".")[0] for name in modules} & {"scipy", "fastapi", "viser", "pydantic"}
+
+
+def test_the_driver_of_a_robot_brings_no_reader_of_recordings() -> None:
+    modules, _ = loaded("core.robots.process, core.simulation.robot")
+    assert not {name.partition(".")[0] for name in modules} & {"lz4", "rosbags", "ruamel", "sqlite3", "zstandard"}
+
+
+def test_what_reads_words_brings_nothing_that_fetches_a_model() -> None:
+    modules, _ = loaded("console.workers.process, console.speech.transcription_worker")
+    assert not modules & {"http.client", "urllib.request", "ruamel.yaml", "rosbags"}

@@ -20,7 +20,7 @@ from core.optics import CameraModel
 from core.recording.odometry_track import heading_of
 from core.recording.read_report import BadRecord
 from core.recording.ros import stamp_of, turned_over
-from core.recording.ros_frames import FrameTree, flat
+from core.recording.ros_frames import FrameTree
 from core.recording.ros_pictures import FOCAL_WIDTHS, camera_model, raw_pixels
 from core.recording.ros_sound import SampleForm, is_packed_sound, sound_in
 from core.recording.scans import make_scan
@@ -35,6 +35,7 @@ from core.robots.ros.typestore import RobotTypes
 from core.robots.urdf import Body, parse_body
 from core.sensors import Camera, Fault, Image, Laser, Scan, Sound
 from core.sensors.checks import UnusableReading, fault
+from core.sensors.laser import flat
 from core.sensors.microphones import load_array
 from core.sensors.scan_gate import RangeUnit, checked_angles
 
