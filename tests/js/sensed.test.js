@@ -25,7 +25,11 @@ test("the chain says what each sense has of the person, and only while something
   assert.equal(chainOf(STATE, null, KINDS), null);
   assert.equal(chainOf({ ...STATE, command: { ...COMING, name: "turn_left" } }, null, KINDS), null);
   const nobody = chainOf({ ...STATE, command: COMING }, null, KINDS);
-  assert.deepEqual(nobody, { heard: null, seen: null, laser: null, left: null });
+  assert.deepEqual(nobody, { heard: null, seen: null, laser: null, left: null, found: false, looks: false });
+  const turning = { ...COMING, code: "come.turn_to_voice" };
+  assert.equal(chainOf({ ...STATE, command: turning }, null, KINDS)?.looks, false); // nobody is looked for yet
+  const looking = { ...COMING, code: "come.look_who_spoke" };
+  assert.equal(chainOf({ ...STATE, command: looking }, null, KINDS)?.looks, true);
   const person = /** @type {any} */ ({
     x_m: 3,
     y_m: 4,
@@ -37,6 +41,7 @@ test("the chain says what each sense has of the person, and only while something
   });
   const chain = chainOf({ ...STATE, command: COMING, person }, { azimuth: 1, sd: 0.1 }, KINDS);
   assert.deepEqual([chain?.seen, chain?.laser, chain?.left], [{ value: 0.9, name: "Ann" }, 5, 4.5]);
+  assert.deepEqual([chain?.found, chain?.looks], [true, false]);
   const old = chainOf({ ...STATE, command: COMING, person: { ...person, picture_age_s: 9, laser: null } }, null, KINDS);
   assert.deepEqual([old?.seen, old?.laser], [null, null]);
 });

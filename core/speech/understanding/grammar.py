@@ -20,7 +20,7 @@ from core.commands import SPECS, VOCABULARY
 from core.commands.command import Command, CommandSpec, Parameter
 from core.commands.continue_straight import CONTINUE
 from core.commands.routes import START_ROUTE
-from core.commands.stop_at import TO_PLACE, command_to
+from core.commands.stop_at import STOP_AT, TO_PLACE, command_to
 from core.commands.stop_moving import AROUND_STOP, START, STOP_MOVING, STOP_PHRASES
 from core.navigation.places import NamedPlace
 from core.sentences import Statement
@@ -186,12 +186,21 @@ class Parsed:
             offered = (verdict.heard_as,) if isinstance(verdict, Command) else verdict.suggestions
             verdict = Refusal(self.why_not, offered)
         if isinstance(verdict, Refusal) and says_stop(self.words):
-            began = self.text is not None and _begins(_unpunctuated(self.text), "stop at")
-            remark = f"“{self.words.strip()}” was not carried out: {verdict.reason}" if began else ""
+            remark = self._why_only_stopped(verdict)
             return Command(name=STOP_MOVING.name, numbers={}, heard_as=STOP_MOVING.words[0], remark=remark)
         if isinstance(verdict, Refusal):
             return replace(verdict, suggestions=faithful(verdict.suggestions, self.words))
         return verdict
+
+    def _why_only_stopped(self, verdict: Refusal) -> str:
+        """Why words that begin as "stop at x and y" go nowhere; "" for words that begin as others do."""
+        if self.text is None or not _begins(_unpunctuated(self.text), "stop at"):
+            return ""
+        words = self.words.strip()
+        if self.why_not or MENTIONS_NUMBER.search(self.text):
+            return f"“{words}” was not carried out: {verdict.reason}"
+        ways = dict.fromkeys((STOP_AT.example, *verdict.suggestions[:1]))  # a point, and a place if there is one
+        return Statement("words.stopped_nowhere", words=words, ways=", ".join(f"“{way}”" for way in ways))
 
 
 def parse(words: str, own: OwnPhrases = ()) -> Parsed:

@@ -19,9 +19,11 @@ export const robotBefore = () => remembered("robot", "");
 
 /**
  * Open a URL: the console starts again with it, and so does the page. Throws with the reason where it did not open.
- * @param {Session} session @param {string} url
+ * @param {Session} session
+ * @param {string} url
+ * @param {boolean} [plays] true: a recording plays as soon as the page shows it, else it waits for Play
  */
-export async function openInstead(session, url) {
+export async function openInstead(session, url, plays = false) {
   const [before, ends] = [session.hello?.console, new AbortController()];
   if (session.hello && session.hello.robot.kind !== "LOG") remember("robot", session.hello.robot.url);
   session.opening = url;
@@ -31,7 +33,10 @@ export async function openInstead(session, url) {
   try {
     const opened = await post("api/robot/open", { url });
     await again;
-    if (session.hello?.robot.url === opened.url) return location.assign("./");
+    if (session.hello?.robot.url === opened.url) {
+      remember("plays", plays ? opened.url : "");
+      return location.assign("./");
+    }
     const why = session.state?.notices.findLast(({ level }) => level === "error")?.text;
     throw new Error(why ?? t("connection-model.url_did_not_open", { url }));
   } finally {
@@ -46,6 +51,13 @@ export async function saveMap(session) {
   const name = known ?? mapName(new Date());
   await maps.save(name, known !== null);
   remember("map-left", name);
+}
+
+/** Whether this recording was opened to be played, once. @param {string} url */
+export function playsAtOnce(url) {
+  const plays = remembered("plays", "") === url;
+  remember("plays", "");
+  return plays;
 }
 
 /** The map that was saved before a recording was opened, once; "" for none. */

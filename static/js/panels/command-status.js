@@ -49,14 +49,17 @@ class CommandChain extends Panel {
     const command = state?.command;
     const said = command && SPOKEN.includes(command.source) ? `“${command.heard_as}”` : "";
     const from = chain.heard ? `${inWords(chain.heard.azimuth)} ± ${degrees(chain.heard.sd)}` : "";
+    const before = chain.looks ? t("command-chain.looking") : t("command-chain.not_yet");
     const says = [
       [said, from].filter(Boolean).join(" · ") || t("command-chain.no_voice"),
       chain.seen === null
-        ? t("command-chain.not_in_the_picture")
+        ? chain.found
+          ? t("command-chain.not_in_the_picture")
+          : before
         : `${chain.seen.name} ${chain.seen.value === null ? t("command-chain.yes") : chain.seen.value.toFixed(2)}`.trim(),
-      chain.laser === null ? t("command-chain.no_legs") : metres(chain.laser, 1),
+      chain.laser !== null ? metres(chain.laser, 1) : chain.found ? t("command-chain.no_legs") : before,
       chain.left === null
-        ? t("command-chain.looking")
+        ? t("command-chain.not_yet")
         : t("command-chain.metres_to_go", { metres: metres(chain.left, 1) }),
     ];
     const follows = command?.name === "follow_me";

@@ -3,6 +3,7 @@
 // Element <playback-part>: a part of the recording that plays, to be taken away.
 // Element <first-play>: large Play button of a recording that waits at its beginning.
 
+import { playsAtOnce } from "../connect/opening.js";
 import { exportPart, filmOfPart, marks } from "../net/recordings-api.js";
 import { askForPart } from "../recordings/part-form.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
@@ -323,6 +324,7 @@ class FirstPlay extends Panel {
     const watches = hello.you.role === "viewer";
     this.#button.hidden = watches;
     this.#watches.hidden = !watches;
+    if (!this.hidden && !watches && playsAtOnce(hello.robot.url)) void this.session.playback({ action: "play" });
   }
 }
 

@@ -63,7 +63,7 @@ export class RecordingsModel extends PageModel {
   }
 
   /**
-   * Open it instead of the robot; the console starts again with it.
+   * Open it instead of the robot, and play it; the console starts again with it, and drives nothing.
    * @param {Recording} one
    * @param {boolean} save the map first
    */
@@ -71,7 +71,7 @@ export class RecordingsModel extends PageModel {
     const url = urlOf(one);
     return this.#tried(t("connection-model.opening_url", { url: one.name }), async () => {
       if (save) await saveMap(this.session);
-      await openInstead(this.session, url);
+      await openInstead(this.session, url, true);
     });
   }
 

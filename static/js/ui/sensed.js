@@ -8,11 +8,14 @@
  * @property {{value: number | null, name: string} | null} seen K of eq. 34, where the picture has one, and who it is
  * @property {number | null} laser [m] distance of the legs
  * @property {number | null} left [m] to go
+ * @property {boolean} found true from the moment that someone was found
+ * @property {boolean} looks true while the robot looks for who spoke
  */
 
 const STANDOFF = 0.5; // [m] from the person at which COME HERE ends
 export const VOICE_S = 60; // [s] after which where a voice came from says little
 const PICTURE_S = 1.5;
+const LOOKS = ["come.look_who_spoke", "come.voice_elsewhere"]; // codes of remarks while the robot looks
 
 /** The voice that was heard last, also when the state no longer has it. */
 export class LastVoice {
@@ -55,5 +58,7 @@ export function chainOf({ command, person, pose }, heard, kinds) {
     seen: seen ? { value: person.value, name: person.name } : null,
     laser: person?.laser ? away(...person.laser) : null,
     left: person ? Math.max(0, away(person.x_m, person.y_m) - STANDOFF) : null,
+    found: person !== null,
+    looks: person === null && LOOKS.includes(command.code ?? ""),
   };
 }

@@ -14,7 +14,18 @@ from hypothesis import strategies as st
 
 from core.commands import VOCABULARY, particulars, spec_of
 from core.commands.command import Command
-from core.speech.understanding.grammar import ENDS, OTHER_WORDS, TYPESET, Refusal, bounds, say, understand
+from core.navigation.places import NamedPlace
+from core.speech.understanding.grammar import (
+    ENDS,
+    OTHER_WORDS,
+    TYPESET,
+    OwnPhrases,
+    Refusal,
+    bounds,
+    say,
+    understand,
+)
+from core.speech.understanding.place_names import place_phrases
 from tests.core.speech.spelling import spell
 
 MOVING = {"turn_left", "turn_right", "continue", "stop_at", "come_here", "follow_me"}
@@ -270,6 +281,24 @@ def test_a_goal_out_of_bounds_stops_and_says_why() -> None:
     assert isinstance(heard, Command)
     assert heard.name == "stop_moving"
     assert heard.remark.startswith("“stop at 99 and 1” was not carried out: ") and "from -20 to 20" in heard.remark
+
+
+KITCHEN = place_phrases([NamedPlace(name="kitchen", x_m=1.0, y_m=2.0)])
+
+
+@pytest.mark.parametrize(
+    ("words", "own", "ways"),
+    [
+        ("stop at x and y", (), "“stop at 1 and 0.5”"),
+        ("stop at", KITCHEN, "“stop at 1 and 0.5”"),
+        ("stop at x and y", KITCHEN, "“stop at 1 and 0.5”, “go to kitchen”"),
+        ("Stop at the kichen.", KITCHEN, "“stop at 1 and 0.5”, “stop at the kitchen”"),
+    ],
+)
+def test_stop_at_nowhere_stops_and_says_how_to_name_a_place(words: str, own: OwnPhrases, ways: str) -> None:
+    heard = understand(words, own=own)
+    assert isinstance(heard, Command) and heard.name == "stop_moving"
+    assert heard.remark == f"“{words}” names no known point or place: the robot stopped. Say for example {ways}."
 
 
 def test_go_to_is_stop_at() -> None:
