@@ -71,7 +71,7 @@ class ChapterSettings(Section):
 
     Watch:
         mode: the pose's error, and NIS
-        laser_reference: *Laser alone* in Estimate, and the time of an update in Plots
+        laser_reference: *Laser alone* in Estimate, and the time of an update in SLAM
     """
 
     mode: Annotated[

@@ -80,7 +80,7 @@ def until(page: Page, is_so: Callable[[], bool], seconds: float) -> None:
 
 def call(page: Page, words: str) -> None:
     """Ann says it in the simulated room."""
-    page.get_by_role("tab", name="Hearing", exact=True).click()
+    page.get_by_role("tab", name="Voices", exact=True).click()
     page.locator('.person-chip[data-person="Ann"]').click()
     page.locator(f'[data-says="{words}"]').click()
 

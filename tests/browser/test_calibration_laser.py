@@ -101,6 +101,14 @@ def is_on_top(button: Locator) -> bool:
     }""")
 
 
+def test_a_viewer_is_not_asked_to_go_on_with_a_calibration(visit: Open, console: Running) -> None:
+    console.ask("api/calibration/sessions", {"kind": "camera", "board": {"columns": 9, "rows": 6, "square_m": 0.03}})
+    here = visit(watching=True)
+    here.page.goto(console.url + "calibrate")
+    expect(here.find(".begun")).to_contain_text("Calibrations to look at", timeout=SOON)
+    expect(here.find(".home-foot")).to_be_hidden()
+
+
 def test_stop_is_in_reach_on_the_wizards_page_and_a_viewer_may_press_it(visit: Open, console: Running) -> None:
     console.ask("api/commands", {"text": "turn left"})
     here = visit(size=PHONE, watching=True)

@@ -62,7 +62,7 @@ def test_axe_has_nothing_to_say_about_any_page_in_either_theme(
     look("console")
     here.say("turn lift")
     expect(here.find("command-status .suggested button").first).to_be_visible()
-    for name in ("Estimate", "Hearing", "Mapping", "Maps", "Notices"):
+    for name in ("Estimate", "Voices", "SLAM", "Places", "Notices"):
         here.open_tab(name)
         look(name)
     for opener in ("link-chip button", "lease-chip button", "app-menu button"):

@@ -62,7 +62,7 @@ def test_the_robot_answers_aloud_and_hears_nothing_meanwhile(visit: Open) -> Non
 
 def test_the_pages_about_the_ears_open_on_a_phone(visit: Open, console: Running) -> None:
     here = visit(size=PHONE)
-    here.open_tab("Hearing")
+    here.open_tab("Voices")
     expect(here.button("Check the microphones")).to_be_visible()
     here.page.goto(f"{console.url}hearing")
     expect(here.button("Measure")).to_be_enabled()

@@ -73,7 +73,7 @@ def with_words(console: Running) -> dict[str, Any]:
 
 def press_her(here: Visit) -> Locator:
     """Ann's sentence, by her name in the card *Hearing*."""
-    here.open_tab("Hearing")
+    here.open_tab("Voices")
     if not here.find(".people-bubble").is_visible():
         here.find('.person-chip[data-person="Ann"]').click()
     return here.find('[data-says="come here"]')

@@ -38,7 +38,7 @@ def flat(here: Visit) -> None:
 
 def test_a_place_is_remembered_completed_gone_to_renamed_and_removed(visit: Open, console: Running) -> None:
     here = visit()
-    here.open_tab("Maps")
+    here.open_tab("Places")
     here.button("Remember this place").click()
     sheet = here.find("place-sheet")
     sheet.get_by_label("Name, as you will say it").fill("bus stop")
@@ -101,7 +101,7 @@ def test_a_place_is_named_on_the_map(visit: Open, console: Running, hand: str) -
 def test_who_watches_sees_places_and_changes_none(visit: Open, console: Running) -> None:
     console.ask("api/places", {"name": "sofa"})
     here = visit(watching=True)
-    here.open_tab("Maps")
+    here.open_tab("Places")
     row = here.find("place-list:visible li.place")
     expect(row).to_contain_text("sofa")
     expect(row.get_by_role("button")).to_have_count(0)
@@ -177,7 +177,7 @@ def test_a_place_in_a_wall_is_warned_of(visit: Open, console: Running) -> None:
     here.page.route(
         "**/api/places", lambda route: route.fulfill(status=201, json=NEAR) if posted(route) else route.continue_()
     )
-    here.open_tab("Maps")
+    here.open_tab("Places")
     here.button("Remember this place").click()
     here.find("place-sheet #place-name").fill("niche")
     here.find("place-sheet [type=submit]").click()
@@ -209,7 +209,7 @@ def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: O
         console.ask("api/places", {"name": name, "x_m": x, "y_m": 0.0})
     here = visit()
     flat(here)
-    here.open_tab("Maps")
+    here.open_tab("Places")
     card = here.find("route-card:visible")
     card.get_by_role("button", name="New route").click()
     card.get_by_label("Name of the route").fill("round")

@@ -35,7 +35,7 @@ def place(console: Running) -> Callable[[str, float], object]:
 
 def test_save_is_pressed_while_the_saved_maps_are_read(visit: Open, console: Running) -> None:
     here = visit()
-    here.open_tab("Maps")
+    here.open_tab("Places")
     here.find("map-card input").fill("pressed")
     expect(here.find(".map-now")).to_contain_text("not saved")
 
@@ -55,7 +55,7 @@ def test_a_row_of_a_list_is_pressed_while_the_list_changes(
     visit: Open, console: Running, place: Callable[[str, float], object]
 ) -> None:
     here = visit()
-    here.open_tab("Maps")
+    here.open_tab("Places")
     place("first", 0.4)
     row = here.find("place-list li").filter(has_text="first")
     held(here, row.get_by_role("button", name="Change first"), lambda: place("a new one", 0.6))
@@ -67,7 +67,7 @@ def test_a_row_of_a_list_is_pressed_while_the_list_changes(
 
 def test_a_button_that_moves_away_is_still_what_was_pressed_unless_the_pointer_leaves(visit: Open) -> None:
     here = visit()
-    here.open_tab("Maps")
+    here.open_tab("Places")
     remember = here.button("Remember this place")
     expect(remember).to_be_enabled()
     down = "document.querySelector('place-list').style.translate = '0 9rem'"
@@ -84,7 +84,7 @@ def test_a_finger_on_a_row_keeps_it_until_the_click(
     visit: Open, console: Running, place: Callable[[str, float], object]
 ) -> None:
     here = visit(size=PHONE)
-    here.open_tab("Maps")
+    here.open_tab("Places")
     place("first", 0.4)
     change = here.find("place-list li").filter(has_text="first").get_by_role("button", name="Change first")
     change.scroll_into_view_if_needed()
@@ -125,7 +125,7 @@ def test_a_tool_beside_a_dialog_is_taken_and_the_next_presses_do_not_drive(visit
 
 def test_a_dialog_says_that_it_saves(visit: Open, console: Running) -> None:
     here = visit()
-    here.open_tab("Maps")
+    here.open_tab("Places")
     here.button("Remember this place").click()
     here.find("place-sheet #place-name").fill("slow one")
     here.page.route("**/api/places", lambda route: (time.sleep(HELD_S), route.continue_()))

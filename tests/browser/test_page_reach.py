@@ -134,9 +134,9 @@ def test_a_press_exchanges_camera_and_map_and_tabs_are_a_tablist(visit: Open) ->
     here.until(lambda: across(stage) == small, "it is remembered")
     here.button("Large map").click()
     assert across(camera) == small
-    expect(here.page.get_by_role("tab", name="Hearing", exact=True)).to_be_visible()  # with the first state
+    expect(here.page.get_by_role("tab", name="Voices", exact=True)).to_be_visible()  # with the first state
     here.page.get_by_role("tab", name="History", exact=True).focus()
-    for key, name in (("ArrowRight", "Estimate"), ("ArrowRight", "Hearing"), ("End", "Notices"), ("Home", "History")):
+    for key, name in (("ArrowRight", "Estimate"), ("ArrowRight", "Voices"), ("End", "Notices"), ("Home", "History")):
         here.page.keyboard.press(key)
         tab = here.page.get_by_role("tab", name=name, exact=True)
         expect(tab).to_be_focused()

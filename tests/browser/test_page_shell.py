@@ -26,6 +26,32 @@ def open_page(here: Visit, name: str) -> None:
     here.page.get_by_role("navigation", name="Pages").get_by_role("link", name=name, exact=True).click()
 
 
+RIGHT_EDGES = """() => ["record-button", "lease-chip", "theme-toggle", "app-menu"].map(
+    name => Math.round(document.querySelector(`.bar > ${name}`).getBoundingClientRect().right))"""
+OTHER_WORDS = """() => {
+    document.querySelector(".bar .badge[data-tone]").hidden = false;
+    document.querySelector(".bar .link-text").textContent = "1234 ms · 20 Hz";
+    document.querySelector(".bar .lease-text").textContent = "You drive";
+}"""
+
+
+def test_no_button_of_the_bar_moves_with_its_words(visit: Open) -> None:
+    here = visit()
+    here.fresh()
+    before, after = here.page.evaluate(f"() => [({RIGHT_EDGES})(), ({OTHER_WORDS})(), ({RIGHT_EDGES})()]")[::2]
+    assert len(before) == 4 and before == after
+
+
+def test_each_drawing_of_the_bar_has_its_word_on_a_phone(visit: Open) -> None:
+    here = visit(size=PHONE)
+    buttons = here.page.locator(".bar > * > button:visible")
+    words = [text.strip() for text in buttons.all_inner_texts()]
+    assert words == ["Drive", "Link", "Record", "Control", "Menu"]
+    here.find("app-menu > button").click()
+    here.page.get_by_role("button", name=re.compile("^Theme")).click()
+    expect(here.page.locator("html")).to_have_attribute("data-theme", "dark")
+
+
 def test_a_picture_of_the_turning_robot_costs_the_page_less_than_a_twentieth_of_a_second(visit: Open) -> None:
     here = visit()
     here.page.emulate_media(reduced_motion="no-preference")

@@ -30,7 +30,7 @@ def entries(console: Running, what: str) -> list[Any]:
 
 def test_error_surprise_and_update_time_are_drawn_with_axes_to_read(visit: Open) -> None:
     here = visit()
-    here.open_tab("Mapping")
+    here.open_tab("SLAM")
     for name in ("True error", "Surprise (NIS)", "Time of an update"):
         here.until(lambda name=name: drawn(here, name).count("L") > 5, f"{name} has a line")
     error = here.find("live-plot:visible").filter(has_text="True error")
@@ -47,7 +47,7 @@ def test_error_surprise_and_update_time_are_drawn_with_axes_to_read(visit: Open)
 
 def test_a_map_is_saved_replaced_taken_along_and_deleted(visit: Open, console: Running) -> None:
     here = visit()
-    here.open_tab("Maps")
+    here.open_tab("Places")
     here.find("map-card input").fill("../etc")
     here.button("Save").click()
     expect(here.find("map-card .map-trouble")).to_contain_text("letters, digits")
@@ -78,7 +78,7 @@ def test_a_list_that_is_read_meanwhile_takes_no_refusal_away(visit: Open) -> Non
     here = visit()
     late: list[Route] = []
     here.page.route("**/api/maps", lambda route: late.append(route))
-    here.open_tab("Maps")
+    here.open_tab("Places")
     here.until(lambda: late, "the list of maps was asked for")
     here.find("map-card input").fill("../etc")
     here.button("Save").click()
@@ -105,7 +105,7 @@ def test_a_robot_that_lost_its_place_claims_no_accuracy(visit: Open) -> None:
 
 def test_the_robot_is_shown_where_it_is_by_press_and_drag(visit: Open, console: Running) -> None:
     here = visit(size=PHONE)
-    here.open_tab("Mapping")
+    here.open_tab("SLAM")
     here.button("It is here…").click()
     view = here.find("place-view")
     expect(view).to_be_visible()
@@ -135,10 +135,10 @@ def test_the_robot_is_shown_where_it_is_by_press_and_drag(visit: Open, console: 
 
 def test_who_watches_sees_all_of_it_and_changes_nothing(visit: Open, console: Running) -> None:
     here = visit(watching=True)
-    here.open_tab("Maps")
+    here.open_tab("Places")
     expect(here.find("map-card .map-file")).to_have_count(8)
     expect(here.find("map-card form")).to_be_hidden()
-    here.open_tab("Mapping")
+    here.open_tab("SLAM")
     expect(here.find("live-plot:visible").first).to_be_visible()
     expect(here.button("It is here…")).to_be_hidden()
     token = console.watching.partition("#t=")[2]

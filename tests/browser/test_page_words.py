@@ -206,7 +206,7 @@ def notice(level: str, text: str) -> dict[str, object]:
 def test_what_to_say_where_stands_beside_what_is_heard(visit: Open, console: Running) -> None:
     here = visit()
     hint = here.find("hearing-card .hearing-words .note")
-    here.open_tab("Hearing")
+    here.open_tab("Voices")
     here.say("stop moving")  # who drives may let voices give orders
     for name, says in (("Listen", "press Obey"), ("Obey", "Say a command in the room")):
         here.find("hearing-card").get_by_role("button", name=name).click()

@@ -54,6 +54,13 @@ test("there is one document, whose module alone creates a session, and every pag
   }
 });
 
+test("no tab of the console has the name of a page", () => {
+  const tabs = [...readFileSync(new URL("index.html", ROOT), "utf8").matchAll(/data-tab="\w+" data-name="([^"]+)"/g)];
+  assert.ok(tabs.length > 4);
+  const pages = new Set(PAGES.map(({ name }) => name));
+  for (const [, name] of tabs) assert.ok(!pages.has(name ?? ""), name ?? "");
+});
+
 test("an address names a page by its last part, as it always did", () => {
   /** @type {Array<[string, string | undefined]>} */
   const cases = [

@@ -65,7 +65,7 @@ class Direction:
         if abs(wrap(other.azimuth - self.azimuth)) > self.azimuth_sd:
             return f"The array is flat: the sound may as well come from {in_words(other.azimuth)}."
         if abs(other.elevation - self.elevation) > self.elevation_sd:
-            above, below = (f"{math.degrees(one.elevation):.0f}°" for one in (self, other))
+            above, below = (f"{math.degrees(one.elevation):.0f}°".replace("-", "−") for one in (self, other))
             return f"The array is flat: the elevation is {above} or {below}."
         return ""
 

@@ -39,7 +39,7 @@ class LandmarkSettings(LandmarkThresholds, Section):
     Watch:
         probation: landmarks where nothing stands (then raise it)
         misses: landmarks that stay after what they were is gone (then lower it)
-        most: time of an update in Plots
+        most: time of an update in SLAM
     """
 
     probation: Annotated[int, Meta("", 1, 50, "hits before a landmark may correct the pose")] = 3

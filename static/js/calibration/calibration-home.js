@@ -43,12 +43,13 @@ class CalibrationHome extends WizardStep {
     t("calibration-home.how_the_array_is_turned_on"),
   );
   #rows = make("ul.rows");
-  #none = make("p.note", t("calibration-home.nothing_has_been_begun_yet"));
+  #begun = make("section.card.begun", { "aria-label": t("calibration-home.begun"), hidden: true });
   #file = make("input.visually-hidden", {
     type: "file",
     id: "camera-file",
     accept: ".json,.yaml,.yml,.txt,.xml,.urdf,.sh",
   });
+  #foot = make("p.row.home-foot", { hidden: true });
 
   /** @override */
   build() {
@@ -56,21 +57,15 @@ class CalibrationHome extends WizardStep {
       make(
         "div.home",
         make("div.wizards", this.#camera.card, this.#laser.card, this.#microphones.card),
-        make(
-          "section.card.begun",
-          { "aria-label": t("calibration-home.begun") },
-          cardHead(t("calibration-home.go_on_where_you_left_off")),
-          this.#none,
-          this.#rows,
-        ),
-        make(
-          "p.row.home-foot",
-          icon("upload"),
-          make("label.link", { for: "camera-file" }, t("calibration-home.bring_a_file")),
-          this.#file,
-          make("span.note", t("calibration-home.of_a_camera_ros_opencv_kalibr")),
-        ),
+        this.#begun,
+        this.#foot,
       ),
+    );
+    this.#foot.append(
+      icon("upload"),
+      make("label.link", { for: "camera-file" }, t("calibration-home.bring_a_file")),
+      this.#file,
+      make("span.note", t("calibration-home.of_a_camera_ros_opencv_kalibr")),
     );
     for (const [kind, { start, undo }] of /** @type {const} */ ([
       ["camera", this.#camera],
@@ -126,8 +121,10 @@ class CalibrationHome extends WizardStep {
     }
     write(this.#laser.start, this.#first ? t("calibration-home.begin_with_the_camera") : t("calibration-home.begin"));
     this.#laser.start.classList.toggle("primary", !this.#first);
-    this.#none.hidden = (rows?.length ?? 0) > 0;
-    write(this.#none, rows === null ? t("calibration-home.looking") : t("calibration-home.nothing_has_been_begun_yet"));
+    this.#foot.hidden = !may;
+    this.#begun.hidden = !rows?.length;
+    const title = t(may ? "calibration-home.go_on_where_you_left_off" : "calibration-home.calibrations_to_look_at");
+    this.#begun.replaceChildren(cardHead(title), this.#rows);
     this.#rows.replaceChildren(...(rows ?? []).map((row) => this.#row(row)));
   }
 

@@ -207,7 +207,7 @@ class ConnectRobot extends PagePanel {
     }
     mark(this.#guide, "href", `help#how-to/${GUIDES[this.#kind] ?? "connect-a-ros-robot"}.md`);
     const buttons = urls.map((url) => {
-      const button = make("button.button.plain", { onclick: () => this.#request(url) }, icon("play"), url);
+      const button = make("button.button", { onclick: () => this.#request(url) }, icon("play"), url);
       button.disabled = disabled;
       return button;
     });

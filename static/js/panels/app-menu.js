@@ -6,11 +6,17 @@ import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
 import { keep, recorderOf } from "../ui/recorder.js";
 import { chooseLanguage, LANGUAGES, language, t } from "../ui/texts.js";
+import { choose, next } from "../ui/theme.js";
 
 /** @import { View } from "../net/session.js" */
 
 class AppMenu extends Panel {
-  #button = make("button.icon-button", { "aria-label": t("app-menu.menu"), title: t("app-menu.menu") }, icon("menu"));
+  #button = make(
+    "button.icon-button",
+    { "aria-label": t("app-menu.menu"), title: t("app-menu.menu") },
+    icon("menu"),
+    make("span.bar-word", t("app-menu.menu")),
+  );
   #halt = item("halt", t("app-menu.halt"), t("app-menu.stops_the_robot_and_keeps_it"));
   #reset = item("undo", t("app-menu.reset_the_halt"), t("app-menu.the_reset_itself_does_not_move"));
   #keys = item("keys", t("app-menu.keys"), t("app-menu.every_key_of_this_page"));
@@ -19,6 +25,7 @@ class AppMenu extends Panel {
   #tour = item("play", t("app-menu.tour"), t("app-menu.ninety_seconds_in_the_simulator_any"));
   #keep = item("keep", t("record-button.keep_what_just_happened"), t("app-menu.the_last_minutes_become_a_recording"));
   #hints = item("hints", t("app-menu.show_the_first_hints_again"), "");
+  #theme = item("auto", t("theme-toggle.theme"), t("app-menu.dark_light_or_as_the_system"));
   #single = make("input.switch", { type: "checkbox", role: "switch" });
   #switch = make(
     "label.menu-item",
@@ -60,6 +67,7 @@ class AppMenu extends Panel {
     this.#signIns,
     this.#tour,
     this.#hints,
+    this.#theme,
     this.#switch,
     this.#languageRow,
     this.#docs,
@@ -70,6 +78,7 @@ class AppMenu extends Panel {
   build() {
     this.append(this.#button, this.#panel);
     mark(this.#halt, "data-tone", "fault");
+    this.#theme.classList.add("menu-theme");
     const { close } = popover(this.#button, this.#panel);
     this.#language.value = language;
     this.#single.checked = remembered("single-keys", "on") === "on";
@@ -93,6 +102,7 @@ class AppMenu extends Panel {
     on(this.#tour, () => dispatchEvent(new CustomEvent("show-tour")));
     on(this.#hints, () => this.dispatchEvent(new CustomEvent("show-hints", { bubbles: true })));
     on(this.#leave, () => void this.session.leave());
+    this.#theme.addEventListener("click", () => choose(next())); // the menu stays open: there are three
   }
 
   /** @override @param {View} view */

@@ -48,7 +48,7 @@ const HINTS = [
   },
   {
     at: ".person-chip",
-    opens: "hearing",
+    opens: "voices",
     title: t("coach-marks.let_someone_call_you"),
     text: touch ? t("coach-marks.press_a_name_then_come_here") : t("coach-marks.press_a_name_then_come_here_2"),
     ended: ({ name, state }) => name === "come_here" && state === "done",

@@ -12,7 +12,7 @@ import { t } from "../ui/texts.js";
 class LeaseChip extends Panel {
   #icon = icon("wheel");
   #text = make("span.lease-text");
-  #button = make("button.bar-chip", this.#icon, this.#text);
+  #button = make("button.bar-chip", this.#icon, this.#text, make("span.bar-word", t("lease-chip.control")));
   #sentence = make("p.note");
   #act = make("button.button.primary.wide");
   #take = make("button.button.wide", t("lease-chip.take_over"));

@@ -36,7 +36,13 @@ class LinkChip extends Panel {
   #icon = icon("link");
   #text = make("span.link-text");
   #viewers = make("span.viewers");
-  #button = make("button.bar-chip", { "aria-label": t("link-chip.link") }, this.#icon, this.#text);
+  #button = make(
+    "button.bar-chip",
+    { "aria-label": t("link-chip.link") },
+    this.#icon,
+    this.#text,
+    make("span.bar-word", t("link-chip.word")),
+  );
   #rows = make("dl.pairs");
   #panel = make(
     "div",
@@ -47,8 +53,8 @@ class LinkChip extends Panel {
 
   /** @override */
   build() {
-    this.append(this.#button, this.#panel, this.#viewers);
-    popover(this.#button, this.#panel);
+    this.append(this.#viewers, this.#button, this.#panel);
+    popover(this.#button, this.#panel, { opened: () => this.#detail(this.session.view) }); // as wide as it stays
   }
 
   /** @override @param {View} view */

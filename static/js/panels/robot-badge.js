@@ -39,6 +39,7 @@ class RobotBadge extends Panel {
     { hidden: true, title: t("robot-badge.back_to_the_robot"), onclick: () => void this.#leave() },
     icon("undo"),
     make("span.badge-more", t("robot-badge.back_to_the_robot")),
+    make("span.bar-word", t("robot-badge.back")),
   );
 
   /** @override */

@@ -7,7 +7,7 @@ import { choose, next, onTheme, theme } from "../ui/theme.js";
 
 class ThemeToggle extends Panel {
   #icon = icon("auto");
-  #button = make("button.icon-button", this.#icon);
+  #button = make("button.icon-button", this.#icon, make("span.bar-word", t("theme-toggle.theme")));
 
   /** @override */
   build() {

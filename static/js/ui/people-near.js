@@ -54,7 +54,7 @@ export class PeopleNear extends HTMLElement {
     addEventListener("person-press", (event) => {
       const { name } = /** @type {CustomEvent<{name: string}>} */ (event).detail; // pressed on the map
       if (!this.#people.some(({ id }) => id === name)) return;
-      dispatchEvent(new CustomEvent("open-view", { detail: "hearing" }));
+      dispatchEvent(new CustomEvent("open-view", { detail: "voices" }));
       this.#open(name);
     });
     addEventListener("let-call", (event) => {

@@ -15,16 +15,7 @@ from hypothesis import strategies as st
 from core.commands import VOCABULARY, particulars, spec_of
 from core.commands.command import Command
 from core.navigation.places import NamedPlace
-from core.speech.understanding.grammar import (
-    ENDS,
-    OTHER_WORDS,
-    TYPESET,
-    OwnPhrases,
-    Refusal,
-    bounds,
-    say,
-    understand,
-)
+from core.speech.understanding.grammar import ENDS, OTHER_WORDS, TYPESET, OwnPhrases, Refusal, bounds, say, understand
 from core.speech.understanding.place_names import place_phrases
 from tests.core.speech.spelling import spell
 
