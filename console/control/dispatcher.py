@@ -370,7 +370,7 @@ class CommandDispatcher:
             self._history.end(entry.id, "done", Statement("command.no_report"))
             return
         self._active.begin(entry.id, ActiveCommand(who, entry.source, time.monotonic(), heard))
-        if self._robot.profile.drives:
+        if self._robot.profile.drives and spec_of(heard.name).moves:
             self.setpoint_sender.authorize(entry.id, self._lease.epoch)
         try:
             self.pilot.tell(entry.id, heard, entry.source, who.name)

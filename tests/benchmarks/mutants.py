@@ -26,7 +26,11 @@ READINGS, PUBLISHERS = "core/robots/readings.py", "core/sensors/publishers.py"
 GATE, DEADMAN = "core/gate/gate.py", "core/gate/deadman.py"
 LOOP, SUPERVISOR = "core/gate/process.py", "console/robot/supervisor.py"
 GUARD, LATCH, LIMITS = "core/gate/guard.py", "core/gate/latch.py", "core/gate/limits.py"
+CONTROL_STORIES = "tests/console/control/test_control_state_machine.py"
+DISPATCHER, STOP, LEASE = "console/control/dispatcher.py", "console/control/stop.py", "console/control/lease.py"
+WORDS, ROUTES = "console/control/command_freshness.py", "console/maps/routes.py"
 TESTS = {
+    **dict.fromkeys((DISPATCHER, STOP, LEASE, WORDS, ROUTES), CONTROL_STORIES),
     DRIVER: "tests/core/robots/test_driver.py",
     NEARNESS: "tests/core/robots/test_driver.py",
     GATE: "tests/core/gate/test_gate.py",
@@ -155,6 +159,69 @@ CHANGES: dict[str, tuple[tuple[str, str, str], ...]] = {
             "        except OSError:\n            return False",
         ),
         ("latch: file not on disk", "            os.fsync(file.fileno())\n", ""),
+    ),
+    DISPATCHER: (
+        (
+            "dispatcher: viewers drive",
+            '        if not who.may("operator"):\n            raise Problem(403, VIEWERS_WATCH)\n        profile',
+            "        profile",
+        ),
+        (
+            "dispatcher: words are never void",
+            "            if said is not None:\n                self.freshness.check(said, source, who)\n",
+            "",
+        ),
+        (
+            "dispatcher: cancelled and driving",
+            "        self._active.cancel()\n        for number in self._active:\n"
+            "            self.setpoint_sender.revoke(number)\n",
+            "        self._active.cancel()\n",
+        ),
+        (
+            "dispatcher: handed over as it is",
+            '        self.cancel("cancelled", why)\n        holder',
+            "        holder",
+        ),
+        (
+            "dispatcher: link lost and driving",
+            "        for number in self._active:\n            self.setpoint_sender.revoke(number)\n"
+            '            self._history.end(number, "failed", why)\n',
+            '        for number in self._active:\n            self._history.end(number, "failed", why)\n',
+        ),
+        (
+            "dispatcher: not moving and authorized",
+            " and spec_of(heard.name).moves:\n            self.setp",
+            ":\n            self.setp",
+        ),
+    ),
+    STOP: (
+        (
+            "stop: what waits goes on",
+            '        self._cancel("cancelled", Statement("stop.stopped_by", name=who.name), who)\n',
+            "",
+        ),
+        (
+            "stop: anybody lifts a halt",
+            '        if not who.may("operator"):\n'
+            '            raise Problem(403, Statement("stop.only_operators_reset"))\n',
+            "",
+        ),
+    ),
+    LEASE: (
+        (
+            "lease: two drive",
+            "if self.holder is not None and not self.held_by(person):\n            raise Refused(OTHER",
+            "if False:\n            raise Refused(OTHER",
+        ),
+    ),
+    WORDS: (("words: said before a stop", "if stop is not None and said.began < stop.at:", "if False:"),),
+    ROUTES: (
+        ("routes: on after a restart", 'found.state, found.command = "ended", None', "found.command = None"),
+        (
+            "routes: on after a stop",
+            'if self._own or run is None or run.state not in ("driving", "waiting"):',
+            'if self._own or run is None or run.state != "driving":',
+        ),
     ),
     LIMITS: (("limits: endless numbers", "type(value) is float and math.isfinite(value)", "type(value) is float"),),
 }

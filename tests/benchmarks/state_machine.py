@@ -1,7 +1,7 @@
-"""Anything that may happen to a gate, in any order: `python -m tests.benchmarks.state_machine [--seeds 50]`.
+"""Anything that may happen, in any order: `python -m tests.benchmarks.state_machine [gate|control] [--seeds 50]`.
 
-[--first 1]. The state machine of the suite (`tests/core/gate/test_gate_state_machine.py`), seed by seed, more than
-20,000 steps each.
+[--first 1]. The state machines of the suite, seed by seed, more than 20,000 steps each: the gate alone, or gate,
+dispatcher, lease, words, halts and routes together.
 """
 
 from __future__ import annotations
@@ -12,18 +12,20 @@ import sys
 from collections import Counter
 
 from hypothesis import HealthCheck, Phase, seed, settings
-from hypothesis.stateful import invariant, run_state_machine_as_test
+from hypothesis.stateful import RuleBasedStateMachine, invariant, run_state_machine_as_test
 
-from tests.core.gate.test_gate_state_machine import AnyOrderOfThings
+from tests.console.control import test_control_state_machine as control
+from tests.core.gate import test_gate_state_machine as gate
 
+MACHINES = {"gate": gate.AnyOrderOfThings, "control": control.AnyOrderOfThings}
 MAX_STORY_STEPS, STORY_COUNT = 50, 480  # of one story, at most; of one seed
 
 
-def run(number: int) -> tuple[int, str]:
+def run(machine: type[RuleBasedStateMachine], number: int) -> tuple[int, str]:
     """The stories of one seed → steps, and the first violation in words ("": none)."""
     counted = Counter[str]()
 
-    class Counted(AnyOrderOfThings):
+    class Counted(machine):  # type: ignore[misc,valid-type]
         @invariant()
         def count(self) -> None:
             counted["steps"] += 1
@@ -47,16 +49,22 @@ def run(number: int) -> tuple[int, str]:
 def main() -> None:
     """Print steps and violations."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("machine", choices=MACHINES, nargs="?", default="gate")
     parser.add_argument("--seeds", type=int, default=50)
     parser.add_argument("--first", type=int, default=1)
     chosen = parser.parse_args()
     steps, violations = 0, list[str]()
     for number in range(chosen.first, chosen.first + chosen.seeds):
-        some, violation = run(number)
+        some, violation = run(MACHINES[chosen.machine], number)
         steps += some
         violations += [violation] if violation else []
         sys.stderr.write(f"seed {number}: {some} steps {violation}\n")
-    sys.stdout.write(json.dumps({"seeds": chosen.seeds, "steps": steps, "violations": violations}, indent=1) + "\n")
+    sys.stdout.write(
+        json.dumps(
+            {"machine": chosen.machine, "seeds": chosen.seeds, "steps": steps, "violations": violations}, indent=1
+        )
+        + "\n"
+    )
 
 
 if __name__ == "__main__":

@@ -36,7 +36,10 @@ FOLDER, SERVE = "console/test_data_folder.py", "console/test_serve.py"
 HANDS, LIVE = "browser/test_page_hands.py", "core/robots/test_live.py"
 STORE, HISTORY = "console/calibration/test_calibration_store.py", "console/control/test_history_store.py"
 STRANGERS, GRAMMAR = "console/http/test_strangers.py", "core/speech/understanding/test_grammar.py"
-STATE_MACHINE_TEST = ("core/gate/test_gate_state_machine.py::TestAnyOrderOfThings::runTest",)
+STATE_MACHINE_TEST = (
+    "core/gate/test_gate_state_machine.py::TestAnyOrderOfThings::runTest",
+    "console/control/test_control_state_machine.py::TestAnyOrderOfThings::runTest",
+)
 
 ROWS = (
     CampaignRow(
