@@ -144,23 +144,24 @@ def sentences(every: int, to: str, kinds: list[str]) -> Iterator[tuple[str, str,
             number += 1
             if number % every or (kinds and kind not in kinds):
                 continue
-            spoken = partial(_spoken, words, voice, number)
-            yield voice, f"{kind}, quiet", words, wanted, spoken
-            yield voice, f"{kind}, echoes", words, wanted, partial(_in_echoes, spoken, number)
+            sound = partial(spoken, words, voice, number)
+            yield voice, f"{kind}, quiet", words, wanted, sound
+            yield voice, f"{kind}, echoes", words, wanted, partial(_in_echoes, sound, number)
 
 
-def _spoken(words: str, voice: str, seed: int) -> Array:
+def spoken(words: str, voice: str, seed: int, pace: float = 1.0) -> Array:
     """A sentence at 16 kHz (N,), with faint noise around it."""
     if voice not in FLITE_VOICES:
-        return said(words, voice, seed)
+        return said(words, voice, seed, pace)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "said.wav"
-        subprocess.run(["flite", "-voice", voice, "-t", words, "-o", str(path)], check=True)
+        stretch = f"duration_stretch={1 / pace:.3f}"
+        subprocess.run(["flite", "-voice", voice, "--setf", stretch, "-t", words, "-o", str(path)], check=True)
         return padded(for_words(read_sound(path)).samples[:, 0], seed)
 
 
-def _in_echoes(spoken: Callable[[], Array], seed: int) -> Array:
-    return echoed(spoken(), seed)
+def _in_echoes(sound: Callable[[], Array], seed: int) -> Array:
+    return echoed(sound(), seed)
 
 
 def _said(to: str, name: str) -> str:

@@ -23,12 +23,14 @@ Verdict = Literal["accept", "confirm", "reject"]
 MOST_OFFERED = 2  # commands instead of words that are none
 NO_COMMAND = Statement("words.no_command")
 NOT_SURE = "I am not sure that I heard every word right."
+MORE_SAID = "More may have been said than these words."
 TOO_LONG = "That was longer than any command."
 NO_WHOLE_NUMBER = "I did not hear the whole number."
 MORE_DIGITS = "I may have missed a part of the numbers."
 TOO_MANY_DECIMALS = "Spoken numbers have one point, and two digits behind it at most."
 OBJECTIONS = {
     NOT_SURE: Statement("words.not_sure"),
+    MORE_SAID: Statement("words.more_said"),
     TOO_LONG: Statement("words.longer"),
     NO_WHOLE_NUMBER: Statement("words.not_whole_number"),
     MORE_DIGITS: Statement("words.more_digits"),

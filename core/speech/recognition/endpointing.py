@@ -269,12 +269,15 @@ class Held:
         return (Utterance(sound=whole, begin=whole.stamp + begin, end=whole.stamp + end, cut=cut),)
 
 
-def voiced(samples: Array) -> tuple[float, float]:
-    """Samples (N,) of one utterance → first and last moment [s] with a voice; (0, 0) for none."""
+def voiced(samples: Array, within_db: float = WITHIN_DB) -> tuple[float, float]:
+    """Samples (N,) of one utterance → first and last moment [s] with a voice; (0, 0) for none.
+
+    `within_db`: how much fainter than its loudest parts a voice may be.
+    """
     if len(samples) < FRAME_SAMPLES:
         return 0.0, 0.0
     level = levels(samples)
-    least = max(float(np.quantile(level, 0.95)) - WITHIN_DB, float(np.quantile(level, QUIET_SHARE)) + ABOVE_DB)
+    least = max(float(np.quantile(level, 0.95)) - within_db, float(np.quantile(level, QUIET_SHARE)) + ABOVE_DB)
     voices = np.flatnonzero(level > least)
     if len(voices) < MIN_VOICED_FRAMES:
         return 0.0, 0.0

@@ -132,7 +132,8 @@ class JointSearch:
     def written(self, heard: Array, begun: tuple[int, ...], texts: Sequence[tuple[int, ...]]) -> Array:
         """Return how likely [nats] texts of these columns follow in what the encoder heard (T, width), (N,)."""
         columns = self._columns
-        return written(self._decoder.begin(heard), (*columns.begin, *begun), columns.end, texts)
+        decoding = self._decoder.begin(heard, None if begun else columns.common)
+        return written(decoding, (*columns.begin, *begun), columns.end, texts)
 
     def attention(self, heard: Array, text: ScoredText) -> Array:
         """Attention (W, T) to what the encoder heard (T, width), while a text is written that was found in it.

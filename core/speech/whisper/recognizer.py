@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from core.commands import SPECS, VOCABULARY, spec_of
+from core.commands import SPECS, VOCABULARY, has_said_numbers, spec_of
 from core.commands.command import CommandSpec
 from core.commands.routes import PAUSE_ROUTE, START_ROUTE
 from core.commands.stop_at import SAID_OF_PLACES, TO_PLACE, command_to
@@ -28,6 +28,7 @@ from core.sensors.resampling import resampled
 from core.sentences import Statement
 from core.speech.recognition.decision import (
     MORE_DIGITS,
+    MORE_SAID,
     MOST_OFFERED,
     NO_WHOLE_NUMBER,
     NOT_SURE,
@@ -43,6 +44,7 @@ from core.speech.recognition.decision import (
     not_a_command,
     stop,
 )
+from core.speech.recognition.endpointing import voiced
 from core.speech.recognition.recognizer import NameOpinion, Utterance
 from core.speech.settings import RATE_HZ
 from core.speech.understanding.grammar import OwnPhrases, Refusal, faithful, parse, says_stop, slips
@@ -82,7 +84,7 @@ REJECTED_BEFORE = 4.0  # [nats] by which a command is less likely that was rejec
 OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is offered
 BEFORE = 0.2  # [s] before the voice that are read: more silence there makes every text less likely
 UNHEARD_WORDS = 1.5  # [nats] by which a number is likelier beside one without some of its words: they get lost
-NEAR_FREE = 1.0  # [nats] behind the best meaning, down to which free text with more digits makes it doubtful
+NEAR_FREE = 1.0  # [nats] behind the best meaning, down to which free text with more digits or words is against it
 TO_NAMES = frozenset(
     one.split(" {name}")[0].removesuffix(" the").replace("route", spelling)
     for one in (*TO_PLACE, *START_ROUTE.words)
@@ -127,6 +129,10 @@ NAME_STOP = frozenset(
 TO_PERSON = frozenset(kind.name for kind in VOCABULARY if kind.target == "person")
 LONG = 1.2  # [s] of an utterance from which more was said in it than the words of such a command
 EXACT = 0.3  # [s] to which the times of words are known
+VOICE_DB = 10.0  # below its loudest parts, to which a voice is measured: echoes and others' talk are fainter
+BEGIN_SHARE = 0.5  # of a voice's length, in which a command is less likely than in all of it
+MOST_GAINED_NATS = 1.0  # by which it may be likelier there
+SAID_AGAIN_S = 10.0  # after which a command that was doubted for this is new
 MOST_SPANS = 2  # of the times at which they may have been said that are read
 
 Key = tuple[str, tuple[tuple[str, float], ...], bool]
@@ -192,6 +198,7 @@ class WhisperRecognizer:
         self.encode = Encoder(ModelFile(folder / "model.bin"))
         self._heard = lru_cache(2)(lambda pcm: self.encode(log_mel(np.frombuffer(pcm))))  # both readings of a sound
         self._chance = _ChanceOfPhrases()
+        self._doubted = "", -math.inf  # the command that half the voice would be too, and when [s] it ended
         self.learn(own)
 
     def learn(self, own: OwnPhrases) -> None:
@@ -229,8 +236,8 @@ class WhisperRecognizer:
         decision = self._decided(meanings, found, objection)
         if not utterance.cut and (decision.command is None or decision.command.place):
             decision = self._to_place(decision, samples, found, utterance)
-        elif _is_lone_motion(decision) and not self._confirmed_slower(decision, samples, utterance.rejected):
-            decision = self._decided(meanings, found, NOT_SURE)
+        elif objection := self._objection_to_motion(decision, samples, found, utterance):
+            decision = self._decided(meanings, found, objection)
         goes = decision.command is not None and decision.command.name in NAME_STOP
         words = found.free_text
         if (says_stop(words) or STOP_MISHEARD in words.lower()) and not goes and not decision.stops:
@@ -257,8 +264,7 @@ class WhisperRecognizer:
 
         Who talks before or after them is not the one who gave it.
         """
-        keys = ((one, key_of(one.text, self._own)) for one in found.spellings)
-        text = next((one for one, key in keys if key is not None and key[0] == name), None)
+        text = self._likeliest(name, found)
         if text is None:
             return None
         attention = self._search.attention(self.encode(log_mel(samples)), text)
@@ -270,6 +276,11 @@ class WhisperRecognizer:
                 return begin, end
         return None
 
+    def _likeliest(self, name: str, found: Found) -> ScoredText | None:
+        """The likeliest spelling of a command that was found."""
+        keys = ((one, key_of(one.text, self._own)) for one in found.spellings)
+        return next((one for one, key in keys if key is not None and key[0] == name), None)
+
     def _weighed(self, samples: Array, found: Found, rejected: Iterable[str]) -> tuple[list[Meaning], bool]:
         """The meanings, after a second reading where it is hard to tell the best; False: the two do not agree."""
         meanings = self.meanings(found, rejected)
@@ -280,6 +291,43 @@ class WhisperRecognizer:
         again = self.meanings(slower, rejected)
         both = _read_twice(meanings, again, found, slower)
         return both, len({_best(one)[0].key for one in (meanings, again, both) if one}) == 1
+
+    def _objection_to_motion(self, decision: Decision, samples: Array, found: Found, utterance: Utterance) -> str:
+        """Why a command must not move the robot once its sound is read in other ways; "": it may.
+
+        Without numbers, what half the voice would be too is obeyed once it is said again.
+        """
+        command = decision.command
+        if command is None or not spec_of(command.name).moves:
+            return ""
+        alone = len(decision.words.split()) == 1  # talk and other languages have words like "come"
+        if alone and not self._confirmed_slower(decision, samples, utterance.rejected):
+            return NOT_SURE
+        text = self._likeliest(command.name, found)
+        others_may_talk = command.name in TO_PERSON and utterance.end - utterance.begin > LONG
+        if text is None or has_said_numbers(command) or others_may_talk:
+            return ""
+        if any(one.nats > text.nats - NEAR_FREE and _holds_more(one.text, text.text) for one in found.free):
+            return MORE_SAID
+        if not self._begins_alike(text, samples):
+            return ""
+        name, end = self._doubted
+        if name == command.name and 0.0 < utterance.begin - end < SAID_AGAIN_S:
+            return ""
+        self._doubted = command.name, utterance.end
+        return MORE_SAID
+
+    def _begins_alike(self, text: ScoredText, samples: Array) -> bool:
+        """Return whether the first half of the voice alone is rather written so than all of it: what follows are
+        words that Whisper did not write, as "Go on" for "go on holiday". Half of "turn left" is "turn", however
+        slowly it is said.
+        """
+        begin, end = voiced(samples, VOICE_DB)
+        half = samples[: round((begin + BEGIN_SHARE * (end - begin)) * RATE_HZ)]
+        if begin >= end:
+            return False
+        nats = self._search.written(self.encode(log_mel(half)), (), [text.columns])
+        return float(nats[0]) > text.nats + MOST_GAINED_NATS
 
     def _confirmed_slower(self, decision: Decision, samples: Array, rejected: Iterable[str]) -> bool:
         """Return whether slower speech, by itself, is the same command."""
@@ -477,10 +525,9 @@ class WhisperRecognizer:
             return TOO_MANY_DECIMALS
         if best.key[2] or any(0 < abs(value) < LEAST_SPOKEN_M for _, value in best.key[1]):
             return NO_WHOLE_NUMBER
+        near = [one.text for one in self._other_texts(best, found) if one.nats > best.nats - NEAR_FREE]
         digits = count_digits(best.spelling)
-        near = (one.text for one in found.free if digits and one.nats > best.nats - NEAR_FREE)
-        other = (text for text in near if key_of(text, self._own) != best.key)
-        more = any(count_digits(text) > digits or OTHER_LENGTH.search(text) for text in other)
+        more = digits and any(count_digits(text) > digits or OTHER_LENGTH.search(text) for text in near)
         return MORE_DIGITS if more or any(DOUBLED.search(f"{value:.2f}") for _, value in best.key[1]) else ""
 
     def _owed_to_chance(self, key: Key) -> float:
@@ -549,10 +596,10 @@ def _patterns(own: OwnPhrases) -> Iterator[str]:
                 yield re.sub(f"{re.escape(name.lower())}$", written, phrase.pattern)
 
 
-def _is_lone_motion(decision: Decision) -> bool:
-    """Return whether one word alone is to move the robot: talk and other languages have words like "come"."""
-    command = decision.command
-    return command is not None and spec_of(command.name).moves and len(decision.words.split()) == 1
+def _holds_more(text: str, words: str) -> bool:
+    """Return whether a text is these words and others beside them: "Do not turn right", of "turn right"."""
+    whole, part = (" ".join(re.findall("[a-z0-9']+", one.lower())) for one in (text, words))
+    return whole != part and f" {part} " in f" {whole} "
 
 
 def _lacks_words(one: Key, other: Key) -> bool:

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
+from core.commands.routes import RESUME_ROUTE
 from core.message import Array
 from core.navigation.places import NamedPlace
 from core.recording.sound_file import read_sound
-from core.speech.recognition.decision import NO_COMMAND, Decision, Sentence
+from core.speech.recognition.decision import MORE_SAID, NO_COMMAND, OBJECTIONS, Decision, Sentence
+from core.speech.recognition.endpointing import voiced
 from core.speech.recognition.recognizer import Utterance, for_words
 from core.speech.settings import RATE_HZ
 from core.speech.synthesis import VoiceSettings, speak
@@ -154,6 +156,60 @@ def test_one_word_that_moves_the_robot_must_be_heard_in_slower_speech_too(slower
 
     told = Slower({"Come.": -1.0}, {"Camel.": -9.0}).decide(utterance(np.ones(RATE_HZ)))
     assert (told.command is not None) is goes and told.waits is goes
+
+
+@pytest.mark.parametrize(
+    ("words", "text", "goes"),
+    [
+        ("Turn right.", "Do not turn right.", False),
+        ("Turn right.", "Turn right as rain", False),
+        ("Turn right.", "- Turn right!", True),
+        ("Turn right.", "Return right.", True),
+        ("Come here.", "They come here.", False),
+        ("Stop.", "Do not stop.", True),
+    ],
+)
+def test_free_text_with_more_words_than_a_motion_is_against_it_and_never_against_a_stop(words, text, goes):
+    told = decided({words: -3.0}, {text: -3.5})
+    assert (told.command is not None) is goes
+    assert goes or told.reason == OBJECTIONS[MORE_SAID](words=told.words)
+    assert decided({words: -3.0}, {text: -4.5}).command is not None
+
+
+def spoken(words: str, voice: str, pace: int, begin: float = 0.0) -> Utterance:
+    """Words of a synthetic voice at `pace` [words/min], with when they were said, from `begin` [s]."""
+    samples = padded(for_words(speak(words, VoiceSettings(voice=voice, speed=pace))).samples[:, 0])
+    first, last = voiced(samples)
+    return Utterance(sound=mono(samples, begin), begin=begin + first, end=begin + last)
+
+
+@pytest.mark.parametrize(
+    ("words", "voice", "pace", "goes"),
+    [
+        ("turn right handed", "en-gb-x-gbclan", 175, False),
+        ("follow meticulously", "en-gb-x-gbcwmd", 245, False),
+        ("turn left", "en-us+f2", 122, True),
+        ("follow me", "en-gb-x-gbcwmd", 245, True),
+    ],
+)
+def test_a_motion_that_half_the_voice_would_be_too_is_talk_however_fast_it_is_said(words, voice, pace, goes):
+    told = whisper().decide(spoken(words, voice, pace))
+    assert (told.command is not None) is goes
+    assert goes or told.reason == OBJECTIONS[MORE_SAID](words=told.words)
+
+
+def test_a_holiday_does_not_resume_a_route_until_it_is_said_again():
+    recognizer = whisper()
+    recognizer.learn(place_phrases([NamedPlace(name="round", x_m=0.0, y_m=0.0, route=True)]))
+    try:
+        begins = (100.0, 100.0, 120.0, 124.0)  # the second reads the first once more; the third comes late
+        told = [recognizer.decide(spoken("go on holiday", "en-us+m2", 175, begin)) for begin in begins]
+        assert [one.reason for one in told[:3]] == 3 * [OBJECTIONS[MORE_SAID](words="go on")]
+        assert told[3].command is not None and told[3].command.name == RESUME_ROUTE.name
+        alone = recognizer.decide(spoken("go on", "en-us+m2", 175, 200.0))
+        assert alone.command is not None and alone.command.name == RESUME_ROUTE.name
+    finally:
+        recognizer.learn(())
 
 
 def test_the_confidence_in_a_number_is_the_probability_that_it_is_right():

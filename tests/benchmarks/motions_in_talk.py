@@ -1,0 +1,90 @@
+"""Talk that begins or ends like a motion, and the motions: `python -m tests.benchmarks.motions_in_talk`.
+
+"Go on holiday", "turn right as rain", "they come here": by all English voices of espeak-ng, and flite's, at 0.7, 1
+and 1.4 times their pace; every fourth sentence in the echoes of `tests.benchmarks.place_names`. Each voice says all
+motions without numbers and as many sentences of talk, drawn. Told for each pace: how many motions move the robot, and
+how many are only doubted because more may have been said; of talk how much moves it, and how much only this doubt
+holds back. `--every N` takes every Nth sentence. Every motion from talk is listed; with `--misses` every doubted one.
+"""
+
+import argparse
+import json
+import sys
+from collections import Counter
+
+import numpy as np
+
+from core.commands import spec_of
+from core.navigation.places import NamedPlace
+from core.speech.recognition.decision import MORE_SAID, OBJECTIONS
+from core.speech.recognition.endpointing import voiced
+from core.speech.recognition.engines import open_engine
+from core.speech.recognition.recognizer import Utterance
+from core.speech.settings import SpeechSettings
+from core.speech.understanding.place_names import place_phrases
+from core.speech.whisper.recognizer import WhisperRecognizer
+from tests.benchmarks.place_names import ALL_VOICES, echoed, spoken
+from tests.core.speech.ears import mono
+
+PACES = (0.7, 1.0, 1.4)
+ECHOED = 4  # every so many-th sentence
+BEHIND = {
+    "turn left": "handed, over food, wing, behind the church in town, hand gloves, alone, at the lights, or not",
+    "turn right": "handed, wing, now I am busy, away, angle, about noon, as rain, side up, before dinner",
+    "come here": "often, after dinner, and there, today and tomorrow, every summer, by bus, for lunch, yesterday",
+    "follow me": "on the internet, around the world, online, as a rule, if you dare, to the end of the story",
+    "follow the wall": "paper, street journal, flower, of fame, and the fence, clock, painting",
+    "go on": "holiday, strike, tour, without me, forever, television, and on, record, home, a diet, vacation, stage",
+}
+BEFORE = {
+    "turn left": "no, it is my, she took a, do not, nobody will",
+    "turn right": "in, take a, do not, the next",
+    "come here": "they, why did he, how, people, do not",
+    "follow me": "nobody will, do you, they, please do not",
+    "follow the wall": "they, ivy will, do not",
+    "go on": "let the show, life must, shall we, the lights, please do not",
+}
+MOTIONS = (*BEHIND, "go on with the route")
+TALK = (
+    *(f"{motion} {words}" for motion, all_words in BEHIND.items() for words in all_words.split(", ")),
+    *(f"{words} {motion}" for motion, all_words in BEFORE.items() for words in all_words.split(", ")),
+)
+
+
+def main() -> None:
+    """Print one JSON object a pace."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--misses", action="store_true")
+    chosen = parser.parse_args()
+    recognizer = open_engine(SpeechSettings(engine="whisper")).recognizer
+    assert isinstance(recognizer, WhisperRecognizer)
+    phrases = place_phrases([NamedPlace(name="round", x_m=0.0, y_m=0.0, route=True)])
+    recognizer.learn(tuple(one for one in phrases if one.place is None))
+    chance, number = np.random.default_rng(0), 0
+    for pace in PACES:
+        found: Counter[str] = Counter()
+        for voice in ALL_VOICES:
+            talk = chance.choice(TALK, len(MOTIONS), replace=False).tolist()
+            for words in (*MOTIONS, *talk):
+                number += 1
+                if number % chosen.every:
+                    continue
+                kind = "motions" if words in MOTIONS else "talk"
+                samples = spoken(words, voice, number, pace)
+                samples = samples if number // chosen.every % ECHOED else echoed(samples, number)
+                begin, end = voiced(samples)
+                decision = recognizer.decide(Utterance(sound=mono(samples), begin=begin, end=end))
+                doubted = decision.reason == OBJECTIONS[MORE_SAID](words=decision.words)
+                moves = decision.command is not None and spec_of(decision.command.name).moves
+                found[kind] += 1
+                found[f"{kind} that move"] += moves
+                found[f"{kind} doubted"] += doubted
+                if (moves and kind == "talk") or (chosen.misses and doubted):
+                    sys.stdout.write(f"  {voice} {pace}: “{words}” → {decision.echo}\n")
+        sys.stdout.write(json.dumps({"pace": pace, **found}) + "\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
