@@ -168,9 +168,9 @@ class RosSensors:
 
     def attach(self, readings: Readings) -> None:
         """Hand on what comes from now on. After a loss too short for a restart its clocks are known: it may lag."""
-        if self._now != readings.now or self._now() - self._clocks.received > MIN_RESTART_S:
+        other, self._now = self._now != readings.now, readings.now
+        if other or self._now() - self._clocks.received > MIN_RESTART_S:
             self._clocks = RosClocks(simulated=self.topics.simulated)
-        self._now = readings.now
         self._last, self._sound_end = {}, 0.0
         self._readings = readings
         for sentence in self.notices:
@@ -193,7 +193,7 @@ class RosSensors:
             base_frame=self._base_frame,
             roles=roles_of(self.topics, settings, self._traffic),
             placed=tuple(sorted(self._placed)),
-            clocks=self._clocks.offsets,
+            clocks=() if self._now is time.monotonic else self._clocks.offsets,  # before, of no clock of the robot's
             faults=tuple(self._faults),
             remarks=tuple(dict.fromkeys((*self._said, *self.notices, *(self.body.notices if self.body else ())))),
         )

@@ -115,6 +115,18 @@ def test_scans_are_stamped_on_the_console_s_clock_and_turned_round() -> None:
     assert wire.readings.frame().scan is None  # the same once more
 
 
+def test_no_clock_is_told_while_it_is_only_learnt_what_the_robot_has() -> None:
+    """What came then is dated by this computer's time since its start: a robot seemed hours behind."""
+    wire = Wire()
+    wire.take("/scan", wire.maker.scan(wire.scan(0.0)))
+    assert wire.sensors.findings(RosSettings()).clocks == ()
+    wire.sensors.attach(wire.readings)
+    wire.clock += 1.0
+    wire.take("/scan", wire.maker.scan(wire.scan(1.0)))
+    (clock,) = wire.sensors.findings(RosSettings()).clocks
+    assert clock.offset_s == pytest.approx(-START, abs=0.2)
+
+
 def test_a_laser_that_hangs_upside_down_is_turned_over() -> None:
     wire = Wire()
     hanging = Transform(rotation=np.diag([1.0, -1.0, -1.0]), translation=np.array([0.1, 0.0, 0.3]))
