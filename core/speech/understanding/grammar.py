@@ -194,7 +194,10 @@ class Parsed:
 
     def _why_only_stopped(self, verdict: Refusal) -> str:
         """Why words that begin as "stop at x and y" go nowhere; "" for words that begin as others do."""
-        if self.text is None or not _begins(_unpunctuated(self.text), "stop at"):
+        if self.text is None:
+            return ""
+        said = _unpunctuated(self.text)
+        if not _begins(said, "stop at") or _begins(said, "stop at once"):
             return ""
         words = self.words.strip()
         if self.why_not or MENTIONS_NUMBER.search(self.text):

@@ -292,6 +292,11 @@ def test_stop_at_nowhere_stops_and_says_how_to_name_a_place(words: str, own: Own
     assert heard.remark == f"“{words}” names no known point or place: the robot stopped. Say for example {ways}."
 
 
+def test_stop_at_once_lacks_nothing() -> None:
+    heard = understand("Stop at once!", own=KITCHEN)
+    assert isinstance(heard, Command) and heard.name == "stop_moving" and not heard.remark
+
+
 def test_go_to_is_stop_at() -> None:
     heard = understand("go to minus one point five and 4")
     assert isinstance(heard, Command)
