@@ -278,8 +278,12 @@ class WhisperRecognizer:
 
     def _likeliest(self, name: str, found: Found) -> ScoredText | None:
         """The likeliest spelling of a command that was found."""
-        keys = ((one, key_of(one.text, self._own)) for one in found.spellings)
-        return next((one for one, key in keys if key is not None and key[0] == name), None)
+        return next((one for one in found.spellings if self._is_of(one, name)), None)
+
+    def _is_of(self, text: ScoredText, name: str) -> bool:
+        """Return whether a text is this command, in the user's own words, too."""
+        key = key_of(text.text, self._own)
+        return key is not None and key[0] == name
 
     def _weighed(self, samples: Array, found: Found, rejected: Iterable[str]) -> tuple[list[Meaning], bool]:
         """The meanings, after a second reading where it is hard to tell the best; False: the two do not agree."""
@@ -303,11 +307,13 @@ class WhisperRecognizer:
         alone = len(decision.words.split()) == 1  # talk and other languages have words like "come"
         if alone and not self._confirmed_slower(decision, samples, utterance.rejected):
             return NOT_SURE
-        text = self._likeliest(command.name, found)
+        same = [one for one in (*found.spellings, *found.free) if self._is_of(one, command.name)]
+        text = max(same, key=lambda one: one.nats, default=None)
         others_may_talk = command.name in TO_PERSON and utterance.end - utterance.begin > LONG
         if text is None or has_said_numbers(command) or others_may_talk:
             return ""
-        if any(one.nats > text.nats - NEAR_FREE and _holds_more(one.text, text.text) for one in found.free):
+        others = [one for one in found.free if one.nats > text.nats - NEAR_FREE and one not in same]
+        if any(_holds_more(one.text, text.text) for one in others):
             return MORE_SAID
         if not self._begins_alike(text, samples):
             return ""
