@@ -32,13 +32,13 @@ class EditRequest(RequestBody):
 class EditChoice(RequestBody):
     """Which edit; null: the newest that can be."""
 
-    id: int | None = Field(default=None, ge=1)
+    id: int | None = Field(default=None, ge=1, le=2**53)
 
 
 class VersionRequest(RequestBody):
     """The number of the edit after which the map was as it shall be; 0: before all edits."""
 
-    version: int = Field(ge=0)
+    version: int = Field(ge=0, le=2**53)
 
 
 class EditRow(msgspec.Struct, frozen=True):
