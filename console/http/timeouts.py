@@ -49,7 +49,7 @@ class ResumingFlowControl(FlowControl):
 
     def end(self) -> None:
         """The connection is over, and its protocol is held no more."""
-        self._resumed = bool
+        self._resumed = lambda: None
 
 
 class TimeoutHttp(IncrementalProtocol, H11Protocol):
@@ -250,13 +250,13 @@ def address_of(client: tuple[str, int] | None) -> str:
     return client[0] if client else ""
 
 
-def release(transport: BaseTransport) -> None:
+def release(transport: Any) -> None:
     """Let a transport that is over be freed at once: it holds a method of its own, and so itself.
 
     Thousands of connections of strangers would wait for the collector of garbage, which then takes 80 ms.
     """
     if hasattr(transport, "_read_ready_cb"):
-        setattr(transport, "_read_ready_cb", None)  # noqa: B010
+        transport._read_ready_cb = None
 
 
 def send_at_once(transport: BaseTransport) -> None:

@@ -26,9 +26,9 @@ from core.speech.whisper.recognizer import WhisperRecognizer
 from tests.benchmarks.place_names import ALL_VOICES, echoed, spoken
 from tests.core.speech.ears import mono
 
-PACES = (0.7, 1.0, 1.4)
-ECHOED = 4  # every so many-th sentence
-BEHIND = {
+RELATIVE_PACES = (0.7, 1.0, 1.4)
+SENTENCES_PER_ECHO = 4
+WORDS_BEHIND = {
     "turn left": "handed, over food, wing, behind the church in town, hand gloves, alone, at the lights, or not",
     "turn right": "handed, wing, now I am busy, away, angle, about noon, as rain, side up, before dinner",
     "come here": "often, after dinner, and there, today and tomorrow, every summer, by bus, for lunch, yesterday",
@@ -36,7 +36,7 @@ BEHIND = {
     "follow the wall": "paper, street journal, flower, of fame, and the fence, clock, painting",
     "go on": "holiday, strike, tour, without me, forever, television, and on, record, home, a diet, vacation, stage",
 }
-BEFORE = {
+WORDS_BEFORE = {
     "turn left": "no, it is my, she took a, do not, nobody will",
     "turn right": "in, take a, do not, the next",
     "come here": "they, why did he, how, people, do not",
@@ -44,10 +44,10 @@ BEFORE = {
     "follow the wall": "they, ivy will, do not",
     "go on": "let the show, life must, shall we, the lights, please do not",
 }
-MOTIONS = (*BEHIND, "go on with the route")
-TALK = (
-    *(f"{motion} {words}" for motion, all_words in BEHIND.items() for words in all_words.split(", ")),
-    *(f"{words} {motion}" for motion, all_words in BEFORE.items() for words in all_words.split(", ")),
+MOTION_PHRASES = (*WORDS_BEHIND, "go on with the route")
+TALK_SENTENCES = (
+    *(f"{motion} {words}" for motion, all_words in WORDS_BEHIND.items() for words in all_words.split(", ")),
+    *(f"{words} {motion}" for motion, all_words in WORDS_BEFORE.items() for words in all_words.split(", ")),
 )
 
 
@@ -62,17 +62,17 @@ def main() -> None:
     phrases = place_phrases([NamedPlace(name="round", x_m=0.0, y_m=0.0, route=True)])
     recognizer.learn(tuple(one for one in phrases if one.place is None))
     chance, number = np.random.default_rng(0), 0
-    for pace in PACES:
+    for pace in RELATIVE_PACES:
         found: Counter[str] = Counter()
         for voice in ALL_VOICES:
-            talk = chance.choice(TALK, len(MOTIONS), replace=False).tolist()
-            for words in (*MOTIONS, *talk):
+            talk = chance.choice(TALK_SENTENCES, len(MOTION_PHRASES), replace=False).tolist()
+            for words in (*MOTION_PHRASES, *talk):
                 number += 1
                 if number % chosen.every:
                     continue
-                kind = "motions" if words in MOTIONS else "talk"
+                kind = "motions" if words in MOTION_PHRASES else "talk"
                 samples = spoken(words, voice, number, pace)
-                samples = samples if number // chosen.every % ECHOED else echoed(samples, number)
+                samples = samples if number // chosen.every % SENTENCES_PER_ECHO else echoed(samples, number)
                 begin, end = voiced(samples)
                 decision = recognizer.decide(Utterance(sound=mono(samples), begin=begin, end=end))
                 doubted = decision.reason == OBJECTIONS[MORE_SAID](words=decision.words)

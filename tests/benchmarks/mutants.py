@@ -27,10 +27,14 @@ GATE, DEADMAN = "core/gate/gate.py", "core/gate/deadman.py"
 LOOP, SUPERVISOR = "core/gate/process.py", "console/robot/supervisor.py"
 GUARD, LATCH, LIMITS = "core/gate/guard.py", "core/gate/latch.py", "core/gate/limits.py"
 CONTROL_STORIES = "tests/console/control/test_control_state_machine.py"
-DISPATCHER, STOP, LEASE = "console/control/dispatcher.py", "console/control/stop.py", "console/control/lease.py"
-WORDS, ROUTES = "console/control/command_freshness.py", "console/maps/routes.py"
+DISPATCHER_FILE, STOP_FILE, LEASE_FILE = (
+    "console/control/dispatcher.py",
+    "console/control/stop.py",
+    "console/control/lease.py",
+)
+FRESHNESS_FILE, ROUTES_FILE = "console/control/command_freshness.py", "console/maps/routes.py"
 TESTS = {
-    **dict.fromkeys((DISPATCHER, STOP, LEASE, WORDS, ROUTES), CONTROL_STORIES),
+    **dict.fromkeys((DISPATCHER_FILE, STOP_FILE, LEASE_FILE, FRESHNESS_FILE, ROUTES_FILE), CONTROL_STORIES),
     DRIVER: "tests/core/robots/test_driver.py",
     NEARNESS: "tests/core/robots/test_driver.py",
     GATE: "tests/core/gate/test_gate.py",
@@ -160,7 +164,7 @@ CHANGES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ),
         ("latch: file not on disk", "            os.fsync(file.fileno())\n", ""),
     ),
-    DISPATCHER: (
+    DISPATCHER_FILE: (
         (
             "dispatcher: viewers drive",
             '        if not who.may("operator"):\n            raise Problem(403, VIEWERS_WATCH)\n        profile',
@@ -194,7 +198,7 @@ CHANGES: dict[str, tuple[tuple[str, str, str], ...]] = {
             ":\n            self.setp",
         ),
     ),
-    STOP: (
+    STOP_FILE: (
         (
             "stop: what waits goes on",
             '        self._cancel("cancelled", Statement("stop.stopped_by", name=who.name), who)\n',
@@ -207,15 +211,15 @@ CHANGES: dict[str, tuple[tuple[str, str, str], ...]] = {
             "",
         ),
     ),
-    LEASE: (
+    LEASE_FILE: (
         (
             "lease: two drive",
             "if self.holder is not None and not self.held_by(person):\n            raise Refused(OTHER",
             "if False:\n            raise Refused(OTHER",
         ),
     ),
-    WORDS: (("words: said before a stop", "if stop is not None and said.began < stop.at:", "if False:"),),
-    ROUTES: (
+    FRESHNESS_FILE: (("words: said before a stop", "if stop is not None and said.began < stop.at:", "if False:"),),
+    ROUTES_FILE: (
         ("routes: on after a restart", 'found.state, found.command = "ended", None', "found.command = None"),
         (
             "routes: on after a stop",

@@ -17,7 +17,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, run_state_mach
 from tests.console.control import test_control_state_machine as control
 from tests.core.gate import test_gate_state_machine as gate
 
-MACHINES = {"gate": gate.AnyOrderOfThings, "control": control.AnyOrderOfThings}
+STATE_MACHINES = {"gate": gate.AnyOrderOfThings, "control": control.AnyOrderOfThings}
 MAX_STORY_STEPS, STORY_COUNT = 50, 480  # of one story, at most; of one seed
 
 
@@ -49,13 +49,13 @@ def run(machine: type[RuleBasedStateMachine], number: int) -> tuple[int, str]:
 def main() -> None:
     """Print steps and violations."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("machine", choices=MACHINES, nargs="?", default="gate")
+    parser.add_argument("machine", choices=STATE_MACHINES, nargs="?", default="gate")
     parser.add_argument("--seeds", type=int, default=50)
     parser.add_argument("--first", type=int, default=1)
     chosen = parser.parse_args()
     steps, violations = 0, list[str]()
     for number in range(chosen.first, chosen.first + chosen.seeds):
-        some, violation = run(MACHINES[chosen.machine], number)
+        some, violation = run(STATE_MACHINES[chosen.machine], number)
         steps += some
         violations += [violation] if violation else []
         sys.stderr.write(f"seed {number}: {some} steps {violation}\n")

@@ -152,7 +152,7 @@ def never_by_itself(effort: Effort) -> Iterator[RowFigure]:
 
 def any_order(effort: Effort) -> Iterator[RowFigure]:
     """Whatever may happen to a gate, and to all that decides what drives: nothing moves without consent."""
-    for name, machine in state_machine.MACHINES.items():
+    for name, machine in state_machine.STATE_MACHINES.items():
         found = [state_machine.run(machine, number) for number in range(effort.seed, effort.seed + effort.trials)]
         violations = [violation for _, violation in found if violation]
         why = " ".join([f"{len(found)} seeds", *violations]).replace("\n", " ")

@@ -264,7 +264,7 @@ class WhisperRecognizer:
 
         Who talks before or after them is not the one who gave it.
         """
-        text = self._likeliest(name, found)
+        text = next((one for one in found.spellings if self._is_of(one, name)), None)
         if text is None:
             return None
         attention = self._search.attention(self.encode(log_mel(samples)), text)
@@ -275,10 +275,6 @@ class WhisperRecognizer:
             if decision.command is not None and decision.command.name == name:
                 return begin, end
         return None
-
-    def _likeliest(self, name: str, found: Found) -> ScoredText | None:
-        """The likeliest spelling of a command that was found."""
-        return next((one for one in found.spellings if self._is_of(one, name)), None)
 
     def _is_of(self, text: ScoredText, name: str) -> bool:
         """Return whether a text is this command, in the user's own words, too."""
@@ -307,13 +303,13 @@ class WhisperRecognizer:
         alone = len(decision.words.split()) == 1  # talk and other languages have words like "come"
         if alone and not self._confirmed_slower(decision, samples, utterance.rejected):
             return NOT_SURE
-        same = [one for one in (*found.spellings, *found.free) if self._is_of(one, command.name)]
+        same = (one for one in (*found.spellings, *found.free) if self._is_of(one, command.name))
         text = max(same, key=lambda one: one.nats, default=None)
         others_may_talk = command.name in TO_PERSON and utterance.end - utterance.begin > LONG
         if text is None or has_said_numbers(command) or others_may_talk:
             return ""
-        others = [one for one in found.free if one.nats > text.nats - NEAR_FREE and one not in same]
-        if any(_holds_more(one.text, text.text) for one in others):
+        near = (one for one in found.free if one.nats > text.nats - NEAR_FREE)
+        if any(_holds_more(one.text, text.text) and not self._is_of(one, command.name) for one in near):
             return MORE_SAID
         if not self._begins_alike(text, samples):
             return ""

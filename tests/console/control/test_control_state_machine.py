@@ -47,23 +47,25 @@ from core.snapshot import ActiveCommandStatus
 from core.speech.understanding.grammar import understand
 from core.speech.understanding.place_names import place_phrases
 
-TIMED = (dispatcher, stop, command_freshness, setpoint_sender, history, routes)
+TIMED_MODULES = (dispatcher, stop, command_freshness, setpoint_sender, history, routes)
 READY_TICKS = math.ceil((max(TROUBLE_HELD_S, STEADY_S) + 0.1) / TICK_S)
 START_S = 2.0  # that a console takes at least
 GATE_TICKS = 3  # in one of the console's
-PEOPLE = (Person("a", "Ann"), Person("b", "Bob", "admin"), Person("f", "Fleet"), Person("v", "Vera", "viewer"))
-ANN, BOB, _, VERA = PEOPLE
-SOURCES = ("typed", "chip", "click", "rest", "fleet", "voice", "ears", "file")
-PLACES = (NamedPlace(name="Kitchen", x_m=1.0, y_m=2.0), NamedPlace(name="Hall", x_m=3.0, y_m=0.0))
-ROUNDS = RouteMark("Rounds", (RouteStop("Kitchen"), RouteStop("Hall", 0.5), RouteStop("Kitchen")), loop=True)
-TOUR = RouteMark("Tour", (RouteStop("Hall", 0.0, "wait_for_continue"), RouteStop("Kitchen", 2.0, "come_here")))
-WORDS = (
+ALL_PERSONS = (Person("a", "Ann"), Person("b", "Bob", "admin"), Person("f", "Fleet"), Person("v", "Vera", "viewer"))
+ANN, BOB, _, VERA = ALL_PERSONS
+COMMAND_SOURCES = ("typed", "chip", "click", "rest", "fleet", "voice", "ears", "file")
+NAMED_PLACES = (NamedPlace(name="Kitchen", x_m=1.0, y_m=2.0), NamedPlace(name="Hall", x_m=3.0, y_m=0.0))
+LOOP_ROUTE = RouteMark("Rounds", (RouteStop("Kitchen"), RouteStop("Hall", 0.5), RouteStop("Kitchen")), loop=True)
+TOUR_ROUTE = RouteMark("Tour", (RouteStop("Hall", 0.0, "wait_for_continue"), RouteStop("Kitchen", 2.0, "come_here")))
+SPOKEN_TEXTS = (
     *("turn left", "turn right", "continue 2 meters", "stop at 1 and 2", "follow wall", "come here", "follow me"),
     *("stop moving", "start the route rounds", "start the route tour", "pause", "go on", "make coffee"),
 )
-ROUTE_NAMES = (*(NamedPlace(name=name, x_m=0.0, y_m=0.0, route=True) for name in ("Rounds", "Tour")),)
-HEARD = {words: understand(words, own=place_phrases((*PLACES, *ROUTE_NAMES))) for words in WORDS}
-EVENTS: dict[str, tuple[Any, ...]] = {
+ROUTE_NAMES = tuple(NamedPlace(name=name, x_m=0.0, y_m=0.0, route=True) for name in ("Rounds", "Tour"))
+UNDERSTOOD_TEXTS = {
+    words: understand(words, own=place_phrases((*NAMED_PLACES, *ROUTE_NAMES))) for words in SPOKEN_TEXTS
+}
+STORY_EVENTS: dict[str, tuple[Any, ...]] = {
     "press_stop": (VERA,),
     "press_halt": (BOB,),
     "pass_control_on": (BOB, "take"),
@@ -77,8 +79,8 @@ EVENTS: dict[str, tuple[Any, ...]] = {
     "the_machine_slept": (),
     "the_link_is_lost": (True,),
 }
-TOUCHED = Statement("pilot.strayed")
-people = st.sampled_from(PEOPLE)
+PILOT_ENDING = Statement("pilot.strayed")
+people = st.sampled_from(ALL_PERSONS)
 speeds = st.sampled_from([-0.2, 0.0, 0.1, 0.3])
 
 
@@ -208,7 +210,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
     def wake(self) -> None:
         self.clock = Clock()
         self.patched = contextlib.ExitStack()
-        for module in TIMED:
+        for module in TIMED_MODULES:
             self.patched.enter_context(mock.patch.object(module, "time", self.clock))
         self.patched.enter_context(mock.patch.object(history, "HistoryStore", lambda *_: Memory(self.newest_entry)))
         self.step, self.newest_entry = 0, 0
@@ -218,7 +220,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
         self.consents: dict[tuple[str, int], Consent] = {}
         self.route_consent: Consent | None = None
         self.in_force = ("", 0)
-        self.press, self.presses, self.seq = 0, {one.id: 0 for one in PEOPLE}, 0
+        self.press, self.presses, self.seq = 0, {one.id: 0 for one in ALL_PERSONS}, 0
         self.begin_console(drives=True, written="null")
 
     def begin_console(self, *, drives: bool, written: str) -> None:
@@ -230,8 +232,10 @@ class AnyOrderOfThings(RuleBasedStateMachine):
         self.give, self.dispatcher.dispatch = self.dispatcher.dispatch, self.noted  # type: ignore[method-assign]
         self.pilot: Any = WorstPilot()
         self.dispatcher.pilot = self.pilot
-        places: Any = SimpleNamespace(find=lambda name: PLACES[name == "Hall"], when_renamed=[])
-        maps: Any = SimpleNamespace(marks=SimpleNamespace(routes=(ROUNDS, TOUR)), shown=SimpleNamespace(name="floor"))
+        places: Any = SimpleNamespace(find=lambda name: NAMED_PLACES[name == "Hall"], when_renamed=[])
+        maps: Any = SimpleNamespace(
+            marks=SimpleNamespace(routes=(LOOP_ROUTE, TOUR_ROUTE)), shown=SimpleNamespace(name="floor")
+        )
         voice: Any = SimpleNamespace(muted=False)
         self.routes = UnwrittenRoutes(
             Path(), maps, places, self.dispatcher, self.lease, self.history, notifications, voice
@@ -302,18 +306,23 @@ class AnyOrderOfThings(RuleBasedStateMachine):
 
     # people
 
-    @rule(who=people, words=st.sampled_from(WORDS), source=st.sampled_from(SOURCES), age=st.floats(0.0, 6.0))
+    @rule(
+        who=people,
+        words=st.sampled_from(SPOKEN_TEXTS),
+        source=st.sampled_from(COMMAND_SOURCES),
+        age=st.floats(0.0, 6.0),
+    )
     def say(self, who: Person, words: str, source: str, age: float) -> None:
         now = self.clock.now
         said = Spoken(now - age, now - age / 2) if source in READ_SOURCES else None
         with self.done_by(who):
-            self.dispatcher.accept(HEARD[words], words, source, who, said)
+            self.dispatcher.accept(UNDERSTOOD_TEXTS[words], words, source, who, said)
 
     @rule(who=people, v=speeds, w=speeds, fresh=st.booleans(), back=st.integers(0, 3), epoch=st.integers(-1, 1))
     def hold_a_key(self, who: Person, v: float, w: float, fresh: bool, back: int, epoch: int) -> None:
         if fresh:
             self.press += 1
-            self.presses[who.id] = len(PEOPLE) * self.press + PEOPLE.index(who)
+            self.presses[who.id] = len(ALL_PERSONS) * self.press + ALL_PERSONS.index(who)
         press = self.presses[who.id]
         self.seq += 1
         with self.done_by(who):
@@ -367,7 +376,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
                 self.route_consent = Consent(who, self.step)
             try:
                 if do == "start":
-                    self.routes.start((TOUR if tour else ROUNDS).name, who, unattended=tour)
+                    self.routes.start((TOUR_ROUTE if tour else LOOP_ROUTE).name, who, unattended=tour)
                 else:
                     getattr(self.routes, do)(who)
             except (Problem, Refused):
@@ -394,7 +403,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
         with self.done_by():
             for number in list(self.pilot.told)[:count]:
                 command = self.pilot.told.pop(number)
-                how, why = self.pilot.over.pop(number, (state, TOUCHED if touched and state == "failed" else ""))
+                how, why = self.pilot.over.pop(number, (state, PILOT_ENDING if touched and state == "failed" else ""))
                 ended = ActiveCommandStatus(
                     id=number,
                     name=command.name,
@@ -516,7 +525,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
 
     @rule(
         what=st.sampled_from(["command", "key", "route"]),
-        event=st.sampled_from(tuple(EVENTS)),
+        event=st.sampled_from(tuple(STORY_EVENTS)),
         ticks=st.integers(0, 12),
         heard_by=st.sampled_from(["", "voice", "ears", "file"]),
         after=st.sampled_from([20, 200]),
@@ -536,7 +545,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
         self.go_on(4 + ticks, holds=what == "key")
         drove, ended = self.robot.gate.twist.moves, self.ended_step
         self.reached[what] += drove
-        getattr(self, event)(*EVENTS[event])
+        getattr(self, event)(*STORY_EVENTS[event])
         self.reached[event] += drove and self.ended_step > ended
         if heard_by:
             self.say(ANN, "turn left", heard_by, 0.4)
@@ -596,10 +605,10 @@ def test_the_stories_reached_what_they_are_about() -> None:
     story.wake()
     story.reached.clear()
     for what in ("command", "key", "route"):
-        for event in EVENTS:
+        for event in STORY_EVENTS:
             story.drive_until_something_happens(what, event, 3, "", 20)  # type: ignore[operator]
     story.teardown()
     assert {what: story.reached[what] for what in ("command", "key", "route")} == dict.fromkeys(
-        ("command", "key", "route"), len(EVENTS)
+        ("command", "key", "route"), len(STORY_EVENTS)
     )
-    assert {event: story.reached[event] for event in EVENTS} == dict.fromkeys(EVENTS, 3)
+    assert {event: story.reached[event] for event in STORY_EVENTS} == dict.fromkeys(STORY_EVENTS, 3)

@@ -274,16 +274,16 @@ def test_a_goal_out_of_bounds_stops_and_says_why() -> None:
     assert heard.remark.startswith("“stop at 99 and 1” was not carried out: ") and "from -20 to 20" in heard.remark
 
 
-KITCHEN = place_phrases([NamedPlace(name="kitchen", x_m=1.0, y_m=2.0)])
+KITCHEN_PHRASES = place_phrases([NamedPlace(name="kitchen", x_m=1.0, y_m=2.0)])
 
 
 @pytest.mark.parametrize(
     ("words", "own", "ways"),
     [
         ("stop at x and y", (), "“stop at 1 and 0.5”"),
-        ("stop at", KITCHEN, "“stop at 1 and 0.5”"),
-        ("stop at x and y", KITCHEN, "“stop at 1 and 0.5”, “go to kitchen”"),
-        ("Stop at the kichen.", KITCHEN, "“stop at 1 and 0.5”, “stop at the kitchen”"),
+        ("stop at", KITCHEN_PHRASES, "“stop at 1 and 0.5”"),
+        ("stop at x and y", KITCHEN_PHRASES, "“stop at 1 and 0.5”, “go to kitchen”"),
+        ("Stop at the kichen.", KITCHEN_PHRASES, "“stop at 1 and 0.5”, “stop at the kitchen”"),
     ],
 )
 def test_stop_at_nowhere_stops_and_says_how_to_name_a_place(words: str, own: OwnPhrases, ways: str) -> None:
@@ -293,7 +293,7 @@ def test_stop_at_nowhere_stops_and_says_how_to_name_a_place(words: str, own: Own
 
 
 def test_stop_at_once_lacks_nothing() -> None:
-    heard = understand("Stop at once!", own=KITCHEN)
+    heard = understand("Stop at once!", own=KITCHEN_PHRASES)
     assert isinstance(heard, Command) and heard.name == "stop_moving" and not heard.remark
 
 
