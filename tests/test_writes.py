@@ -11,6 +11,7 @@ OWN = {
     "core/files.py": "does it",
     "core/gate/latch.py": "the gate's own, which has a name of its own for what is unfinished",
     "core/gate/trace.py": "appends to the trace of a running gate",
+    "core/robots/process.py": "locks a file that stays empty",
     "console/data_folder.py": "writes down who holds the lock, which the file itself is",
     "core/experiments/campaign.py": "appends run by run, and syncs every line",
     "console/workers/process.py": "tells the kernel, in /proc",

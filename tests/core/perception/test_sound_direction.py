@@ -45,7 +45,7 @@ def test_only_a_volume_tells_above_from_below():
     below = found(far_voice(TETRAHEDRON, 1.0, -0.5), TETRAHEDRON)
     assert below.elevation == pytest.approx(-0.5, abs=0.03) and below.mirror is None and below.ambiguity == ""
     flat = found(far_voice(SQUARE, 1.0, -0.5), SQUARE)
-    assert flat.elevation == pytest.approx(0.5, abs=0.05) and "° or -" in flat.ambiguity
+    assert flat.elevation == pytest.approx(0.5, abs=0.05) and "° or −" in flat.ambiguity
     assert flat.mirror is not None and flat.mirror[2] == pytest.approx(-flat.towards[2])
 
 
