@@ -30,7 +30,7 @@ class Driver(Device):
             self.pose = self.pose @ arc(self.twist.v * lasted, self.twist.w * lasted)
             readings.wheels(self.pose, self.twist.v, self.twist.w)  # odometry, speeds now [m/s], [rad/s]
             if now >= scanned + 0.1:
-                scanned, angles = scanned + 0.1, self.pose.heading + np.radians(np.arange(-180, 180))
+                scanned, angles = max(scanned + 0.1, now - 0.05), self.pose.heading + np.radians(np.arange(-180, 180))
                 beams = np.column_stack((np.cos(angles), np.sin(angles)))  # to the walls of a room of 6 m by 4 m
                 walls = ([3.0, 2.0] - np.sign(beams) * [self.pose.x, self.pose.y]) / (np.abs(beams) + 1e-9)
                 ranges = walls.min(1) + np.random.normal(0.0, 0.01, 360)  # [m], right to left

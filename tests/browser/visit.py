@@ -196,7 +196,8 @@ class Visit:
     def told(self, act: Callable[[], Any], end: str, *, then: Callable[[], Any] | None = None) -> dict[str, Any]:
         """Tell the robot something, do `then` while it runs → how it ended, which must be `end`.
 
-        The gate of a busy machine stops the robot now and then; then it is told again, as a person would.
+        The gate of a busy machine stops the robot now and then, or `then` comes when it is over; then it is told
+        again, as a person would.
         """
         row: dict[str, Any] = {}
         lease = self.find(".lease-text")
@@ -209,7 +210,7 @@ class Visit:
                 then()
             self.until(lambda: self.console.newest()["state"] != "running", "it ended", 2 * PATIENCE)
             row = self.console.newest()
-            if row["state"] != "failed" or end == "failed":
+            if row["state"] == end or row["state"] not in ("failed", "done"):
                 break
         assert row["state"] == end, row
         return row
