@@ -180,7 +180,7 @@ def _lasts(certificate: Path, days: float) -> bool:
     if not certificate.is_file():
         return False
     check = ("x509", "-checkend", str(round(days * DAY_S)), "-noout", "-in", str(certificate))
-    return subprocess.run([_program(), *check], capture_output=True, timeout=OPENSSL_TIMEOUT_S).returncode == 0
+    return _run(*check).returncode == 0
 
 
 def _is_address(host: str) -> bool:
@@ -194,12 +194,17 @@ def _program() -> str:
     return found
 
 
-def _openssl(*arguments: str) -> None:
-    """Run openssl. Raises Unavailable with its own words."""
+def _run(*arguments: str) -> subprocess.CompletedProcess[bytes]:
+    """Run openssl to its end. Raises Unavailable."""
     try:
-        done = subprocess.run([_program(), *arguments], capture_output=True, timeout=OPENSSL_TIMEOUT_S)
+        return subprocess.run([_program(), *arguments], capture_output=True, timeout=OPENSSL_TIMEOUT_S)
     except subprocess.TimeoutExpired:
         raise Unavailable(Statement("fleet.openssl_failed", why="it did not end")) from None
+
+
+def _openssl(*arguments: str) -> None:
+    """Run openssl. Raises Unavailable with its own words."""
+    done = _run(*arguments)
     if done.returncode:
         lines = done.stderr.decode(errors="replace").strip().splitlines()
         raise Unavailable(Statement("fleet.openssl_failed", why=lines[-1] if lines else "no words"))

@@ -79,6 +79,7 @@ class FleetMember(Part):
         self._robot, self._dispatcher, self._lease = robot, dispatcher, lease
         self._notifications, self._logins, self._maps = notifications, logins, maps
         self._session: FleetSession | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
         self._snapshot: Snapshot | None = None
         self._image: Image | None = None
         self._packed: tuple[float, bytes] | None = None  # stamp [s] and JPEG of the picture that was asked for last
@@ -89,10 +90,10 @@ class FleetMember(Part):
 
     async def run(self) -> None:
         """Join, and join again whenever the fleet was lost."""
-        attempts = 0
+        attempts, self._loop = 0, asyncio.get_running_loop()
         while True:
             try:
-                session = await asyncio.to_thread(FleetSession, self._options, asyncio.get_running_loop(), self)
+                session = await asyncio.to_thread(FleetSession, self._options, self._loop, self)
             except (Unavailable, BadInput) as why:
                 self._lost(why)
                 await asyncio.sleep(RETRY_S[min(attempts, len(RETRY_S) - 1)])
@@ -188,17 +189,24 @@ class FleetMember(Part):
         self._soon(self._admit(query, request))
 
     def _soon(self, work: Coroutine[Any, Any, None]) -> None:
-        session = self._session
-        if session is None:
-            work.close()
-            return
+        """Do this on the event loop, also where the fleet is lost by then: a stop that has come holds."""
 
         def begin() -> None:
             task = asyncio.create_task(work)
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
 
-        session.hand_over(begin)
+        try:
+            if self._loop is not None:
+                self._loop.call_soon_threadsafe(begin)
+                return
+        except RuntimeError:  # the console has ended
+            pass
+        work.close()
+
+    async def _reply(self, query: Any, what: str, answer: bytes) -> None:
+        with contextlib.suppress(Exception):  # zenoh's own error, of no common kind: the fleet was lost meanwhile
+            await asyncio.to_thread(query.reply, key_of(self._options.name, what), answer)
 
     async def _stand(self, query: Any, request: FleetStopRequest, before: object, asked_at: float) -> None:
         who = Person("fleet", request.by[:60], "viewer")
@@ -211,7 +219,7 @@ class FleetMember(Part):
         gate, stands = self._robot.status(), self._stands(request, before)
         ms = round(1000 * (time.monotonic() - asked_at), 1)
         answer = FleetStopAnswer(stands, gate.state, str.__str__(gate.reason), ms)
-        await asyncio.to_thread(query.reply, key_of(self._options.name, "stop"), msgspec.json.encode(answer))
+        await self._reply(query, "stop", msgspec.json.encode(answer))
         query.drop()
 
     def _stands(self, request: FleetStopRequest, before: object) -> bool:
@@ -228,14 +236,13 @@ class FleetMember(Part):
                     image.stamp,
                     await asyncio.to_thread(jpeg, image.pixels, MAX_PICTURE_SIDE_PX, PICTURE_QUALITY),
                 )
-            await asyncio.to_thread(query.reply, key_of(self._options.name, "picture"), self._packed[1])
+            await self._reply(query, "picture", self._packed[1])
         query.drop()
 
     async def _admit(self, query: Any, request: FleetKeyRequest) -> None:
         end = time.monotonic() + KEY_LIFE_S
         token = self._logins.issue(request.name[:60], request.role, end=end)
-        answer = msgspec.json.encode(FleetKeyAnswer(token, self._certificate))
-        await asyncio.to_thread(query.reply, key_of(self._options.name, "key"), answer)
+        await self._reply(query, "key", msgspec.json.encode(FleetKeyAnswer(token, self._certificate)))
         query.drop()
 
 

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -85,13 +86,19 @@ class FleetRouter:
         self.stop: FleetStop | None = None  # the newest
         self.halt: HeldHalt | None = None
         self._halting: FleetStop | None = None  # which asks for the halt, under a newer stop too
-        self.trouble = ""  # why no robot can join, a sentence
+        self._listen_trouble = self._disk_trouble = ""  # sentences: why no robot can join, or no halt is kept
         self._authority, self._listen = authority, listen
         self._session: Any = None
         self._kept: list[Any] = []
         self._known = -1.0  # Unix time of the list of certificates in use
         self._loop = asyncio.get_running_loop()
         self._halt_file = authority.folder / HALT_FILE
+        self._halt_turn = asyncio.Lock()  # of who writes it
+
+    @property
+    def trouble(self) -> str:
+        """Why no robot can join, or why a halt of all would not outlast this program; "" when all is well."""
+        return self._listen_trouble or self._disk_trouble
 
     # life
 
@@ -108,9 +115,9 @@ class FleetRouter:
             if await asyncio.to_thread(lambda: self._authority.changed) != self._known:
                 try:
                     await self._restart()
-                    self.trouble = ""
+                    self._listen_trouble = ""
                 except (BadInput, Unavailable) as why:
-                    self.trouble = str(why)
+                    self._listen_trouble = str(why)
             self._repeat(time.monotonic())
 
     async def close(self) -> None:
@@ -134,8 +141,9 @@ class FleetRouter:
         def listen() -> None:
             session = self._session = open_session(settings, refused)
             admits = session.declare_queryable(key_of("*", "admission"), lambda one: one.reply(one.key_expr, b""))
-            alive = session.liveliness().declare_subscriber(key_of("*", "alive"), self._token_changed, history=True)
-            self._kept = [admits, alive, session.declare_subscriber(key_of("*", "state"), self._reported)]
+            changed, reported = partial(self._token_changed, session), partial(self._reported, session)
+            alive = session.liveliness().declare_subscriber(key_of("*", "alive"), changed, history=True)
+            self._kept = [admits, alive, session.declare_subscriber(key_of("*", "state"), reported)]
 
         await asyncio.to_thread(listen)
         self._known = known
@@ -153,12 +161,15 @@ class FleetRouter:
         with contextlib.suppress(RuntimeError):  # the loop has ended
             self._loop.call_soon_threadsafe(act, *given)
 
-    def _token_changed(self, sample: Any) -> None:
-        there = sample.kind == load_zenoh().SampleKind.PUT
-        act = self.table.came if there else self.table.went
-        self._hand_over(act, robot_of(str(sample.key_expr)), time.monotonic())
+    def _said(self, session: Any, act: Callable[..., None], *given: object) -> None:
+        """Hand over, but for a session that was closed: as it ends, it still says of every robot that it has gone."""
+        self._hand_over(lambda: act(*given, time.monotonic()) if session is self._session else None)
 
-    def _reported(self, sample: Any) -> None:
+    def _token_changed(self, session: Any, sample: Any) -> None:
+        there = sample.kind == load_zenoh().SampleKind.PUT
+        self._said(session, self.table.came if there else self.table.went, robot_of(str(sample.key_expr)))
+
+    def _reported(self, session: Any, sample: Any) -> None:
         payload, name = sample.payload.to_bytes(), robot_of(str(sample.key_expr))
         if len(payload) > MAX_REPORT_BYTES:
             return
@@ -166,7 +177,7 @@ class FleetRouter:
             report = msgspec.json.decode(payload, type=RobotReport)
         except msgspec.MsgspecError:
             return  # another version of Beckon: it stays as it was, and grows old
-        self._hand_over(self.table.hear, name, report, time.monotonic())
+        self._said(session, self.table.hear, name, report)
 
     # stops
 
@@ -240,6 +251,7 @@ class FleetRouter:
             log.warning("%s could not be asked to stand", name)
 
     def _answered(self, stop: FleetStop, name: str, answer: FleetStopAnswer, arrived: float) -> None:
+        """Take an answer to this stop; one that comes late says nothing of a newer stop, or of a newer halt."""
         one = stop.robots.get(name)
         if one is None or one.acknowledged:
             return
@@ -247,9 +259,9 @@ class FleetRouter:
         if not answer.stands:
             return
         one.ms = 1000 * (arrived - stop.began)
-        if (robot := self.table.robots.get(name)) is not None:
+        if stop is self.stop and (robot := self.table.robots.get(name)) is not None:
             robot.unanswered = False
-        if stop.kind == "halt" and self.halt is not None and name not in self.halt.acknowledged:
+        if stop is self._halting and self.halt is not None and name not in self.halt.acknowledged:
             self.halt.acknowledged.append(name)
             self._soon(self._keep_halt())
 
@@ -279,18 +291,20 @@ class FleetRouter:
             self.stop = self._halting
 
     async def _keep_halt(self) -> None:
-        held = None if self.halt is None else msgspec.json.encode(self.halt)
+        """Write the halt as it is now; of two writes the later one holds."""
 
-        def write() -> None:
+        def write(held: bytes | None) -> None:
             if held is None:
                 self._halt_file.unlink(missing_ok=True)
             else:
                 write_atomic(self._halt_file, held)
 
-        try:
-            await asyncio.to_thread(write)
-        except OSError as trouble:
-            self.trouble = Statement("fleet.halt_not_kept", why=trouble.strerror or "disk")
+        async with self._halt_turn:
+            try:
+                await asyncio.to_thread(write, None if self.halt is None else msgspec.json.encode(self.halt))
+                self._disk_trouble = ""
+            except OSError as trouble:
+                self._disk_trouble = Statement("fleet.halt_not_kept", why=trouble.strerror or "disk")
 
     def _soon(self, work: Any) -> None:
         task = asyncio.ensure_future(work)
@@ -306,7 +320,9 @@ class FleetRouter:
     async def console_key(self, name: str, person: str, role: FleetRole) -> FleetKeyAnswer | None:
         """A key of a robot's console for a person; None where it does not answer."""
         answer = await self._asked(name, "key", msgspec.json.encode(FleetKeyRequest(person, role)))
-        return None if answer is None else msgspec.json.decode(answer, type=FleetKeyAnswer)
+        with contextlib.suppress(msgspec.MsgspecError):  # another version of Beckon
+            return None if answer is None else msgspec.json.decode(answer, type=FleetKeyAnswer)
+        return None
 
     async def _asked(self, name: str, what: str, payload: bytes) -> bytes | None:
         zenoh, session = load_zenoh(), self._session
@@ -323,11 +339,11 @@ class FleetRouter:
                 self._hand_over(settle, reply.ok.payload.to_bytes())
 
         drop = zenoh.CongestionControl.DROP
-        session.get(key_of(name, what), take, payload=payload, timeout=ASK_TIMEOUT_S, congestion_control=drop)
         try:
+            session.get(key_of(name, what), take, payload=payload, timeout=ASK_TIMEOUT_S, congestion_control=drop)
             async with asyncio.timeout(ASK_TIMEOUT_S):
                 return await arrived
-        except TimeoutError:
+        except (TimeoutError, zenoh.ZError):  # the session was closed meanwhile
             return None
 
 

@@ -1,6 +1,7 @@
 """Map operations of the operator: saved maps, the robot's place on the map, and the closures that hold."""
 
 import asyncio
+import contextlib
 import logging
 import math
 import re
@@ -30,7 +31,7 @@ from console.robot.supervisor import RobotSupervisor
 from console.workers.job import Answer, Job
 from console.workers.tasks import QueueLimit, to_the_end
 from console.workers.worker import Worker, WorkerLost
-from core.errors import BadInput, BeckonError
+from core.errors import BadInput, BeckonError, Refused
 from core.files import checksum, saving, write_atomic
 from core.geometry import Pose
 from core.pilot.pilot import Pilot, parts_of
@@ -46,7 +47,7 @@ from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.outline import MapOutline, trace_outline
 from core.slam.map.status import SubmapView
 from core.slam.map_join import MapMatch
-from core.snapshot import Snapshot
+from core.snapshot import PilotAct, Snapshot
 
 log = logging.getLogger(__name__)
 
@@ -62,6 +63,7 @@ AUTOSAVE_PERIOD_S = 60.0
 ITSELF = Person("console", "Beckon", "operator")
 MAX_PACKERS = 4  # who packs or joins a map and those who wait for it
 JOIN_BUDGET_S = 300.0  # of processor time
+ENTER_TIMEOUT_S = 1.0  # for which a load waits until the pilot is in its map
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,11 @@ class MapService(Part):
         self._name: str | None = None  # of the saved map that it goes on in
         self.frame = ""  # of the axes of the map in use, as they were saved; "": in no saved map
         self._revision = 0
-        self._turn = asyncio.Lock()
+        self._turn = asyncio.Lock()  # of who writes the map in use, or brings another into use
+        self._marking = asyncio.Lock()
+        self._maps_used = 0  # how many maps were in use: a write notices that its own is not any more
+        self._entering: SavedMap | None = None  # that the pilot is to go on in, and has not reached
+        self._entered = asyncio.Event()
         self._packing = QueueLimit(MAX_PACKERS)
         self._clean = False
         self._kept_at: Pose | None = None  # where the robot was when its map was begun, saved or loaded
@@ -122,6 +128,11 @@ class MapService(Part):
         if went_back or self._dispatcher.pilot is not self._pilot:
             self._pilot = self._dispatcher.pilot
             self._use(None, "", MapMarks())
+        if self._entering is not None and any(act is self._entering for act in _acts(snapshot)):
+            self._entering = None
+            self._entered.set()
+            self.trajectory.forget()  # the poses since the load were still of the former map
+            self._stands_kept()
         if former is not None and _layout(former) != _layout(snapshot):
             self._set_marks(self.marks)
         if self._kept_at is None:
@@ -180,14 +191,21 @@ class MapService(Part):
         return [kept.card for kept in await self._on_disk(self._listed())]
 
     async def save(self, name: str, who: Person, *, replace: bool) -> MapInfo:
-        """Keep the map under a name. Raises BadInput, NameTaken, Unwritable, Problem 503."""
-        card = await self._write(checked_name(name), who, replace=replace)
-        self._name = card.name
-        self._stands_kept()
+        """Keep the map under a name. Raises BadInput, NameTaken, Unwritable, Problem 503.
+
+        Refused where another map comes into use before this one is written.
+        """
+        named, number = checked_name(name), self._maps_used
+        async with self._turn:
+            card = await self._write(named, who, number, replace=replace)
+            self._name = card.name
+            self._stands_kept()
         self._changed("save", card.name, who)
         return card
 
-    async def _write(self, name: str, who: Person, *, replace: bool) -> MapInfo:
+    async def _write(self, name: str, who: Person, number: int, *, replace: bool) -> MapInfo:
+        """Write the map in use, which is the one of this number; the turn is held. Raises as `save`."""
+        self._check_in_use(number)
         grid, snapshot = self.grid, self.snapshot
         pilot, trajectory, marks = self._piloting(), self.trajectory.rows(), self.marks
         card = self._card(name, who, known_part(grid), len(snapshot.floor.submaps))
@@ -197,6 +215,7 @@ class MapService(Part):
 
         def write() -> None:
             saved = pilot.keep_map()
+            self._check_in_use(number)
 
             def fill(folder: Path) -> None:
                 path = trajectory_tum(*laid_out(trajectory, snapshot.floor))
@@ -205,8 +224,14 @@ class MapService(Part):
 
             self._store.keep(card, fill, replace=replace)
 
-        await self._on_disk(self._taking_turns(write))
+        await self._on_disk(to_the_end(write))
+        self._check_in_use(number)
         return card
+
+    def _check_in_use(self, number: int) -> None:
+        """Raises Refused where another map has come into use since: what was asked for was of the former one."""
+        if number != self._maps_used:
+            raise Refused(Statement("pilot.other_map"))
 
     async def take_in(self, name: str, packed: bytes, who: Person, *, replace: bool) -> MapInfo:
         """Keep a map as one to go on in: one that another robot of the site has saved, as `packed` made it, with its
@@ -386,14 +411,15 @@ class MapService(Part):
         """Keep an unsaved map that has grown as the last one → True when it was kept. It stays unsaved."""
         if not self._unsaved or not (self._autosaved_at is None or self._moved_since(self._autosaved_at)):
             return False
-        here = self.snapshot.estimate.pose
+        here, number = self.snapshot.estimate.pose, self._maps_used
         try:
             await self._keep_earlier()
-            await self._write(LAST_MAP, ITSELF, replace=True)
+            async with self._turn:
+                await self._write(LAST_MAP, ITSELF, number, replace=True)
+                self._autosaved_at = here
         except (BeckonError, Problem) as trouble:
             log.warning("The map could not be kept as %s: %s", LAST_MAP, trouble)
             return False
-        self._autosaved_at = here
         self._revision += 1
         return True
 
@@ -406,11 +432,16 @@ class MapService(Part):
         self._check_fits(card)
         saved = await self._on_disk(asyncio.to_thread(lambda: SavedMap.from_files(self._store.checked(kept) / FLOOR)))
         marks = await self._on_disk(asyncio.to_thread(read_marks, kept.folder))
-        self._lease.check_not_anothers(who)
-        pilot = self._piloting()
-        pilot.enter_map(saved)
-        self._dispatcher.cancel("cancelled", Statement("pilot.other_map"))
-        self._use(card.name, card.frame, marks)
+        async with self._turn:
+            self._lease.check_not_anothers(who)
+            self._entering = saved
+            self._entered.clear()
+            self._piloting().enter_map(saved)
+            self._dispatcher.cancel("cancelled", Statement("pilot.other_map"))
+            self._use(card.name, card.frame, marks)
+            with contextlib.suppress(TimeoutError):  # a robot that sends no frames is not waited for
+                async with asyncio.timeout(ENTER_TIMEOUT_S):
+                    await self._entered.wait()
         self._changed("load", card.name, who)
 
     async def delete(self, name: str, who: Person) -> None:
@@ -449,29 +480,31 @@ class MapService(Part):
 
         Raises what `change` raises, Unwritable, Problem 404, 503.
         """
-        before, frame = self.marks, self.frame
-        marks = change(before)
-        _ = self.grid  # a mark without a map means nothing
-        self.frame = "" if whole else frame  # the axes were turned
-        self._set_marks(marks)
-        self._redrawn |= marks.edits != before.edits
-        try:
-            await self._keep_marks(marks, whole=whole)
-        except BaseException:
-            if self.marks is marks:
-                self.frame = frame
-                self._set_marks(before)
-            raise
+        async with self._marking:
+            before, frame = self.marks, self.frame
+            marks = change(before)
+            _ = self.grid  # a mark without a map means nothing
+            self.frame = "" if whole else frame  # the axes were turned
+            self._set_marks(marks)
+            self._redrawn |= marks.edits != before.edits
+            try:
+                await self._keep_marks(marks, whole=whole)
+            except BaseException:
+                if self.marks is marks:
+                    self.frame = frame
+                    self._set_marks(before)
+                raise
         self._history.add("map", who, words=words)
 
     async def _keep_marks(self, marks: MapMarks, *, whole: bool) -> None:
         """Have them with the saved map that is in use; a map without a name is kept as the last one."""
-        name = self._name
+        name, number = self._name, self._maps_used
         if name is None:
             self._unsaved = True
             await self._keep_earlier()
         if name is None or whole:
-            await self._write(name or LAST_MAP, ITSELF, replace=True)
+            async with self._turn:
+                await self._write(name or LAST_MAP, ITSELF, number, replace=True)
             self._revision += 1
             return
 
@@ -486,10 +519,11 @@ class MapService(Part):
 
     async def _keep_redrawn(self) -> None:
         """The pictures of the saved map that is in use show its newest edits from now on."""
-        redrawn, self._redrawn, name = self._redrawn, False, self._name
+        redrawn, self._redrawn, name, number = self._redrawn, False, self._name, self._maps_used
         if redrawn and name is not None:
             try:
-                await self._write(name, ITSELF, replace=True)
+                async with self._turn:
+                    await self._write(name, ITSELF, number, replace=True)
             except BaseException:
                 self._redrawn |= name == self._name
                 raise
@@ -535,6 +569,7 @@ class MapService(Part):
 
     def _use(self, name: str | None, frame: str, marks: MapMarks) -> None:
         """Another map is in use from now on: the saved one of this name, or one that begins now."""
+        self._maps_used += 1
         self._name, self.frame = name, frame
         self._redrawn = self._earlier_kept = False
         self.trajectory.forget()
@@ -592,6 +627,11 @@ class MapService(Part):
     def _changed(self, what: str, name: str, who: Person) -> None:
         self._revision += 1
         self._history.add("map", who, words=f"{what} {name}")
+
+
+def _acts(snapshot: Snapshot) -> tuple[PilotAct, ...]:
+    """What was done before its frame."""
+    return () if snapshot.inputs is None else snapshot.inputs.acts
 
 
 def _layout(snapshot: Snapshot) -> list[tuple[int, Pose]]:

@@ -8,9 +8,11 @@ import os
 import shutil
 import ssl
 import subprocess
+import threading
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import msgspec
@@ -20,6 +22,8 @@ import console.fleet.authority as authority_module
 from console.fleet.authority import Authority, CertificateFiles
 from console.fleet.bus import (
     FleetAddress,
+    FleetStopAnswer,
+    FleetStopRequest,
     RobotReport,
     check_handshake,
     client_settings,
@@ -27,8 +31,10 @@ from console.fleet.bus import (
     open_session,
     trusting,
 )
-from console.fleet.router import FleetRouter
+from console.fleet.router import HALT_FILE, FleetRouter, FleetStop
 from core.errors import BadInput, BeckonError
+from core.files import write_atomic
+from core.robots.ros.zenoh_session import load_zenoh
 from tests.emulators.light_console import LightConsole
 from tests.emulators.zenoh_robot import free_port
 
@@ -274,6 +280,108 @@ def test_a_stop_is_repeated_while_an_older_halt_waits_for_another_robot(site: Si
             assert first.robot.status().state != "halted" and router.stop is stop
             await router.reset_halt()
             await second.close()
+
+    run(work())
+
+
+class RouterAlone:
+    """A router that listens nowhere, and one robot that it knows."""
+
+    def __init__(self, folder: Path) -> None:
+        self.router = FleetRouter(Authority(folder), FleetAddress("127.0.0.1", 1))
+        self.router.table.know(["r1"], 0.0)
+        self.robot = self.router.table.robots["r1"]
+        self.robot.report = msgspec.json.decode(FORGED, type=RobotReport)
+
+    def answer(self, stop: FleetStop) -> None:
+        self.router._answered(stop, "r1", FleetStopAnswer(stands=True, state="halted"), stop.began)
+
+
+def test_a_late_answer_to_an_older_halt_is_none_to_a_newer_one(tmp_path: Path) -> None:
+    async def work() -> None:
+        fleet = RouterAlone(tmp_path)
+        router = fleet.router
+        older = await router.stop_all("halt", "Ann")
+        await router.reset_halt()
+        newer = await router.stop_all("halt", "Bob")
+        fleet.answer(older)
+        assert fleet.robot.unanswered and router.halt is not None and router.halt.acknowledged == []
+        fleet.answer(newer)
+        assert not fleet.robot.unanswered and router.halt.acknowledged == ["r1"]
+
+    run(work())
+
+
+def test_a_halt_that_is_reset_while_it_is_written_is_not_on_the_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slow = threading.Event()
+
+    def slowly(path: Path, content: bytes) -> None:
+        slow.wait(0.3)
+        write_atomic(path, content)
+
+    async def work() -> None:
+        fleet = RouterAlone(tmp_path)
+        stop = await fleet.router.stop_all("halt", "Ann")
+        assert (tmp_path / HALT_FILE).is_file()
+        monkeypatch.setattr("console.fleet.router.write_atomic", slowly)
+        fleet.answer(stop)
+        await asyncio.sleep(0.05)  # its writing has begun
+        await fleet.router.reset_halt()
+        await asyncio.sleep(0.5)
+        assert not (tmp_path / HALT_FILE).exists()
+
+    run(work())
+
+
+def test_a_halt_that_is_written_after_all_is_no_trouble_any_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    async def work() -> None:
+        router = RouterAlone(tmp_path).router
+        with monkeypatch.context() as disk:
+            disk.setattr("console.fleet.router.write_atomic", fail)
+            await router.stop_all("halt", "Ann")
+        assert "No space left" in router.trouble
+        await router.stop_all("halt", "Ann")
+        assert router.trouble == ""
+
+    run(work())
+
+
+def test_a_session_that_is_closed_says_of_no_robot_that_it_has_gone(site: Site) -> None:
+    async def work() -> None:
+        async with site.running("r1") as (router, _, _):
+            former = router._session
+            await router._restart()
+            await until(lambda: router.table.robots["r1"].link == "live")
+            gone: Any = SimpleNamespace(kind=load_zenoh().SampleKind.DELETE, key_expr=key_of("r1", "alive"))
+            router._token_changed(former, gone)
+            await asyncio.sleep(0.05)
+            assert router.table.robots["r1"].alive
+            router._session.close()
+            assert await router.picture("r1") is None
+
+    run(work())
+
+
+def test_a_stop_that_has_come_holds_although_the_fleet_is_lost_before_it_is_answered(site: Site) -> None:
+    def reply(*_: object) -> None:
+        raise load_zenoh().ZError("the session is closed")
+
+    async def work() -> None:
+        async with site.running("r1") as (_, _, (console,)):
+            console.member._session = None
+            request = msgspec.json.encode(FleetStopRequest("halt", "Ann"))
+            payload, dropped = SimpleNamespace(to_bytes=lambda: request), threading.Event()
+            asked = SimpleNamespace(payload=payload, reply=reply, drop=dropped.set)
+            await asyncio.to_thread(console.member.asked_to_stand, asked)
+            await until(lambda: console.robot.status().state == "halted")
+            await until(dropped.is_set)
 
     run(work())
 

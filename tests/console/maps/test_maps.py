@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import math
+import threading
 import zipfile
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
@@ -24,7 +25,7 @@ from console.maps.marks import EditMark, MapMarks, PlaceMark, read_marks
 from console.maps.service import ITSELF, LAST_BUT_ONE, LAST_BUT_TWO, LAST_MAP, MapService
 from console.maps.store import ASIDE, CARD, MapInfo, MapStore, NameTaken, checked_name, slug
 from console.maps.trajectory import ROW_FIELDS, Trajectory, laid_out
-from core.errors import BadInput, Unwritable
+from core.errors import BadInput, Refused, Unwritable
 from core.files import SEAL
 from core.gate import ZERO
 from core.geometry import Pose
@@ -270,6 +271,14 @@ class InUse:
         for frame in seen()[1]:
             self.maps.on_snapshot(self.pilot.step(frame), frame)
 
+    async def go_on(self) -> None:
+        """Take the last frame again and again, a tenth of a second later each time."""
+        frame = seen()[1][-1]
+        while True:
+            frame = replace(frame, stamp=frame.stamp + 0.1)
+            self.maps.on_snapshot(await asyncio.to_thread(self.pilot.step, frame), frame)
+            await asyncio.sleep(0.01)
+
     async def autosave(self) -> None:
         self.maps._unsaved = True  # it drove
         assert await self.maps.autosaved()
@@ -347,6 +356,57 @@ def test_an_import_in_the_place_of_the_map_in_use_keeps_its_own_marks(tmp_path: 
         await console.maps.load("office", ITSELF)
         await console.maps.take_in("Office", packed, ITSELF, replace=True)  # the same axes: it goes on in it
         assert console.maps.shown.name == "Office"
+
+    in_use(work, tmp_path)
+
+
+def test_a_map_that_is_loaded_while_another_is_written_keeps_its_own_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def work(console: InUse) -> None:
+        maps, keep, written = console.maps, console.maps._store.keep, threading.Event()
+        await maps.save("lab", ITSELF, replace=False)
+        lab = console.kept("lab")
+        console.look()  # another map
+        frames = asyncio.create_task(console.go_on())
+
+        def slowly(card: MapInfo, write: Callable[[Path], None], *, replace: bool) -> None:
+            assert written.wait(10)
+            keep(card, write, replace=replace)
+
+        monkeypatch.setattr(maps._store, "keep", slowly)
+        saving = asyncio.create_task(maps.save("office", ITSELF, replace=False))
+        await asyncio.sleep(0.05)
+        loading = asyncio.create_task(maps.load("lab", ITSELF))
+        await asyncio.sleep(0.2)
+        assert not loading.done()
+        late = asyncio.create_task(maps.save("yard", ITSELF, replace=False))
+        await asyncio.sleep(0.05)
+        written.set()
+        await asyncio.gather(saving, loading)
+        assert (maps.shown.name, maps.frame) == ("lab", lab[1])
+        assert console.kept("office")[1] not in ("", lab[1])
+        with pytest.raises(Refused, match="Another map"):
+            await late  # it was asked for while the office was in use
+        copied = await maps.save("copy", ITSELF, replace=False)
+        assert copied.frame == lab[1] and maps._entering is None and not maps._unsaved
+        frames.cancel()
+
+    in_use(work, tmp_path)
+
+
+def test_marks_that_cannot_be_written_leave_nothing_of_each_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def work(console: InUse) -> None:
+        def fail(*_: object) -> None:
+            raise Unwritable("The disk is full.")
+
+        await console.maps.save("lab", ITSELF, replace=False)
+        monkeypatch.setattr("console.maps.service.write_marks", fail)
+        both = (console.mark(places=DESK_MARKS), console.mark(edits=ERASED_CELLS))
+        refused = await asyncio.gather(*both, return_exceptions=True)
+        assert [type(one) for one in refused] == [Unwritable, Unwritable] and console.maps.marks == MapMarks()
 
     in_use(work, tmp_path)
 
