@@ -54,10 +54,11 @@ def record(robot: Robot, out: Path, seconds: float | None, say: Any) -> Recorded
 
     recording, period = RobotRecording(robot, out), 1 / robot.profile.rate
     began = due = time.monotonic()
+    unix_from_monotonic = time.time() - began  # a clock that is set meanwhile tears no gap
     reported = began - REPORT_PERIOD_S
     try:
         while seconds is None or time.monotonic() - began < seconds:
-            recording.add(time.time())
+            recording.add(unix_from_monotonic + time.monotonic())
             if time.monotonic() - reported >= REPORT_PERIOD_S:
                 reported = time.monotonic()
                 rest = "" if seconds is None else f" of {seconds:.0f}"

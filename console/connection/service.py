@@ -52,7 +52,7 @@ async def answers(host: str, port: int) -> bool:
     try:
         async with asyncio.timeout(ANSWER_S):
             _, writer = await asyncio.open_connection(host, port)
-    except (OSError, TimeoutError):
+    except (OSError, TimeoutError, UnicodeError):  # the last: no name service takes this name
         return False
     writer.close()
     return True

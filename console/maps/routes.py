@@ -49,7 +49,7 @@ RouteState = Literal["idle", "driving", "waiting", "paused", "ended"]
 SOURCE = "route"
 MAX_ROUTES, MAX_STOPS = 100, 100
 MAX_WAIT_S = 3600.0
-MAX_PICTURE_AGE_S = 1.0  # by the robot's clock, of one that is kept
+MAX_PICTURE_AGE_S = 1.0  # by the robot's clock, which may have begun again, of one that is kept
 BLOCKED_WAIT_S = 10.0  # until a way that was blocked is tried again
 MAX_TRIES = 3  # to reach one stop
 LOW_BATTERY = 0.2  # share of its charge
@@ -351,7 +351,7 @@ class RouteService(Part):
 
     async def _take_picture(self, run: RouteRun, stop: RouteStop) -> None:
         """The newest picture as a JPEG, with where and when it was taken in its comment."""
-        if self._picture is None or self._stamp - self._picture[0].stamp > MAX_PICTURE_AGE_S:
+        if self._picture is None or abs(self._stamp - self._picture[0].stamp) > MAX_PICTURE_AGE_S:
             self._note(run, "failed", Statement("routes.no_camera"))
             return
         (image, pose), at, now = self._picture, run.stop, self.clock()
@@ -383,7 +383,7 @@ class RouteService(Part):
             state = await self.recorder.start(None, f"{run.route.name}: {run.here.place}", run.owner)
             self._note(run, "done", Statement("routes.records", name=state.name), at)
             await asyncio.sleep(seconds)
-            await self.recorder.stop(run.owner)
+            await self.recorder.stop_own(state.name or "", run.owner)
         except (Problem, BeckonError) as trouble:
             words = trouble.detail if isinstance(trouble, Problem) else str(trouble)
             self._note(run, "failed", words, at)

@@ -46,8 +46,8 @@ from console.recording.work import (
 )
 from console.robot.supervisor import RobotSupervisor
 from console.workers.worker import Worker, WorkerLost
-from core.errors import BadInput, BeckonError, Refused
-from core.files import reason, saving, write_atomic
+from core.errors import BadInput, BeckonError, Refused, Unwritable
+from core.files import reason, replacing, saving, write_atomic
 from core.pilot.pilot import Pilot
 from core.pilot.trail import NO_POINTS
 from core.pipelines.drive_film import FilmForm
@@ -141,6 +141,7 @@ class RecordingService(Part):
         self._running: FinishedRecording | None = None
         self._base, self._number = "", 1  # name of the recording that runs, and of its file
         self._began = 0.0  # [s] monotonic, of its file
+        self._unix_from_monotonic = 0.0  # [s]; a recording keeps the one that it began with
         self._listens = False  # readings go to the recorder's process
         self._listened = 0.0  # [s] monotonic, since when
         self._moved = False  # the robot has
@@ -264,8 +265,13 @@ class RecordingService(Part):
         azimuth, voices = None, () if snapshot.hearing is None else snapshot.hearing.voices
         if voices and voices[0].id != self._voice:
             azimuth, self._voice = voices[0].azimuth, voices[0].id
+        now = time.monotonic()
+        if self._running is None:
+            self._unix_from_monotonic = time.time() - now
+        at = min(frame.sensed or now, now)
         return RecordedMoment(
-            logged=time.time() - (max(time.monotonic() - frame.sensed, 0.0) if frame.sensed else 0.0),
+            at=at,
+            logged=self._unix_from_monotonic + at,
             snapshot=slimmed(snapshot, with_map=map_is_new),
             gate=self._robot.status(),
             operator="" if holder is None else holder.name,
@@ -331,11 +337,10 @@ class RecordingService(Part):
 
     async def _begin_first_of(self, name: str, note: str) -> None:
         """Begin the first file of a recording; "": its name is the date."""
-        base = self._fresh_name(name)
-        await self._begin(base, note)
-        self._base, self._number = base, 1
+        self._base, self._number = await self._begin(name, note), 1
 
-    async def _begin(self, name: str, note: str = "") -> None:
+    async def _begin(self, wanted: str, note: str = "") -> str:
+        """Begin a file of this name, or of one like it, "": the date → its name."""
         await asyncio.to_thread(self._make_folder)
         await self._take_whole_map()  # the file begins with it
         self._listens, self._listened = True, self._listened or time.monotonic()
@@ -343,6 +348,7 @@ class RecordingService(Part):
             if self._running is not None:  # another one has begun while this one waited
                 raise Problem(409, RUNS)
             await self._ready()
+            name = self._fresh_name(wanted)
             job = BeginRecording(str(self._path(name)), self._description("", note), await self._files())
             await self._worker.ask(job, budget=FILE_BUDGET_S)
             self._writes = self._worker.starts
@@ -352,15 +358,28 @@ class RecordingService(Part):
         self.revision += 1
         self._began = time.monotonic()
         if note:
-            await self._set_note(name, note)
+            try:
+                await self._set_note(name, note)
+            except Unwritable as trouble:  # it records all the same, and the note stands in the file
+                self._notifications.tell("warning", str(trouble), "recorder")
         await self._send()  # what came while the process started is in its hands before it is said that it records
+        return name
 
     async def stop(self, who: Person | None = None) -> FinishedRecording:
         """End the recording → the finished file. Raises Problem 409, Unwritable, WorkerLost."""
         async with self._change:
-            done = await self._stop(who)
-            self._listens = self.ring_limit_s > 0 or self.foxglove_port > 0
-            return done
+            return await self._stopped(who)
+
+    async def stop_own(self, name: str, who: Person) -> None:
+        """End the recording that began under this name, where nobody has ended it before. Raises as `stop`."""
+        async with self._change:
+            if self._running is not None and self._base == name:
+                await self._stopped(who)
+
+    async def _stopped(self, who: Person | None) -> FinishedRecording:
+        done = await self._stop(who)
+        self._listens = self.ring_limit_s > 0 or self.foxglove_port > 0
+        return done
 
     async def _stop(self, who: Person | None = None) -> FinishedRecording:
         if self._running is None:
@@ -482,7 +501,7 @@ class RecordingService(Part):
             async with self._change:  # nobody begins or ends one between the two files
                 done = await self._stop()
                 self._number += 1
-                await self._begin(self._fresh_name(f"{self._base} part {self._number}"), done.note)
+                await self._begin(f"{self._base} part {self._number}", done.note)
         except (BeckonError, Problem) as trouble:
             self._notifications.tell("error", f"The recording has ended: {trouble}", "recorder")
 
@@ -579,11 +598,17 @@ class RecordingService(Part):
         path = self._folder / checked_name(file)
         if not content:
             raise BadInput(Statement("recording.empty", name=path.name))
-        if path.exists() or self._path(path.name.removesuffix(ENDING)).exists():
-            raise Problem(409, Statement("recording.taken", name=path.name))
+
+        def write() -> None:
+            with (
+                saving("The recording could not be kept"),
+                replacing(path, lambda: self._check_free(path.name)) as file,
+            ):
+                file.write(content)
+
+        self._check_free(path.name)
         await self._check_room()
-        with saving("The recording could not be kept"):
-            await asyncio.to_thread(write_atomic, path, content)
+        await asyncio.to_thread(write)
         self.revision += 1
         self._history.add("keep_recording", who, words=path.name)
         return path.name
@@ -611,11 +636,13 @@ class RecordingService(Part):
         if note is not None and len(note) > MAX_NOTE_LETTERS:
             raise BadInput(f"A note has at most {MAX_NOTE_LETTERS} letters.")
         if new_name is not None and (fresh := checked_name(new_name)) != name:
-            if self._path(fresh).exists():
-                raise Problem(409, Statement("recording.taken", name=fresh))
+            if path.name == name:  # of another form, which its ending may say
+                fresh = fresh if fresh.endswith(path.suffix) else f"{fresh}{path.suffix}"
+            self._check_free(fresh)
             ending = "" if path.name == name else ENDING
             with saving("The recording could not be renamed"):
                 await asyncio.to_thread(path.rename, path.with_name(f"{fresh}{ending}"))
+            self.revision += 1
             before = self._notes.pop(name, None)
             note = before.note if note is None and before is not None else note
             name = fresh
@@ -643,10 +670,20 @@ class RecordingService(Part):
     def _fresh_name(self, wanted: str) -> str:
         base = wanted or datetime.now().astimezone().strftime("%Y-%m-%d %H.%M.%S")
         name, number = base, 1
-        while self._path(name).exists() or Path(f"{self._path(name)}{PART}").exists():
+        while self._is_taken(name):
             number += 1
             name = f"{base} {number}"
         return name
+
+    def _is_taken(self, name: str) -> bool:
+        """Return whether a recording of this name, with or without our ending, is there or is being written."""
+        path = self._path(name.removesuffix(ENDING))
+        return any(each.exists() for each in (self._folder / name, path, path.with_name(path.name + PART)))
+
+    def _check_free(self, name: str) -> None:
+        """Raises Problem 409 where a recording has this name."""
+        if self._is_taken(name):
+            raise Problem(409, Statement("recording.taken", name=name))
 
     def _make_folder(self) -> None:
         with saving("Nothing can be recorded"):

@@ -56,6 +56,7 @@ MAX_WAITING_BATCHES = 8  # that have come and are not yet written; then the cons
 class RecordedMoment:
     """One frame, and what the console made of it; what has not changed is None."""
 
+    at: float  # [s] of this computer's monotonic clock, which nobody sets
     logged: float  # [s] Unix time
     snapshot: Snapshot  # without what can be computed from the rest
     gate: GateStatus
@@ -184,7 +185,8 @@ class RecorderWorker:
         self._encoder = RosEncoder()
         self._robot = RobotRecord(msgspec.Raw(b"{}"), msgspec.Raw(b"{}"))
         self._recording: McapRecording | None = None
-        self._ring: deque[tuple[float, RosMessage]] = deque()
+        self._ring: deque[tuple[float, RosMessage]] = deque()  # [s] monotonic
+        self._unix_from_monotonic = 0.0  # [s], of the newest moment
         self._latched: dict[str, RosMessage] = {}  # newest of each topic that a file begins with
         self._before: dict[str, RosMessage] = {}  # the same at the beginning of the ring
         self._ring_s = 0.0
@@ -257,8 +259,9 @@ class RecorderWorker:
             recording.add([*self._latched.values(), *messages] if fresh else messages, logged)
         self._latched |= {one.topic: one for one in messages if one.topic in LATCHED_TOPICS}
         if self._ring_s > 0:
-            self._ring.extend((logged, one) for one in messages)
-            while self._ring and self._ring[0][0] < logged - self._ring_s:
+            self._unix_from_monotonic = logged - moment.at
+            self._ring.extend((moment.at, one) for one in messages)
+            while self._ring and self._ring[0][0] < moment.at - self._ring_s:
                 _, gone = self._ring.popleft()
                 self._before |= {gone.topic: gone} if gone.topic in LATCHED_TOPICS else {}
 
@@ -298,8 +301,8 @@ class RecorderWorker:
         if not self._ring:
             raise Refused("There is nothing to keep yet: the recorder has just begun to listen.")
         since = self._ring[-1][0] - job.seconds
-        kept = [(logged, one) for logged, one in self._ring if logged >= since]
-        earlier = (one for logged, one in self._ring if logged < since and one.topic in LATCHED_TOPICS)
+        kept = [(self._unix_from_monotonic + at, one) for at, one in self._ring if at >= since]
+        earlier = (one for at, one in self._ring if at < since and one.topic in LATCHED_TOPICS)
         begun = self._before | {one.topic: one for one in earlier}
         recording = described(McapRecording(Path(job.path)), job.described, job.attached)
         try:

@@ -99,7 +99,8 @@ class McapChunks:
         self._walk.know(schemas, channels)
         if summary.statistics is not None:
             counted = summary.statistics.channel_message_counts
-            self.counts = {summary.channels[number].topic: count for number, count in counted.items()}
+            known = summary.channels  # of which a writer may leave some out there
+            self.counts = {known[number].topic: count for number, count in counted.items() if number in known}
         for one in summary.chunk_indexes:
             for number in one.message_index_offsets:
                 if number in summary.channels:

@@ -5,6 +5,7 @@ with the process; the disk is synchronized at the same time.
 """
 
 import contextlib
+import errno
 import fcntl
 import os
 import struct
@@ -44,7 +45,10 @@ class McapRecording:
     """Writes one file. Raises Unwritable, from every method, where the disk does not take it."""
 
     def __init__(self, path: Path, ending: str = PART) -> None:
-        """`path` ends in .mcap; nothing may stand there; `ending` is put behind it until the file is finished."""
+        """`path` ends in .mcap; `ending` is put behind it until the file is finished.
+
+        Raises Unwritable, too, where something stands at either.
+        """
         self.path = path
         self._part = path.with_name(path.name + ending)
         self._channels: dict[str, int] = {}
@@ -54,6 +58,8 @@ class McapRecording:
         self._chunked, self._flushed = 0, time.monotonic()  # [ns] log time of the open chunk
         self._ended = False
         try:
+            if path.exists():
+                raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST))
             self._file = open(self._part, "xb", opener=private)  # noqa: SIM115
             locked(self._file)
             self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)

@@ -24,12 +24,16 @@ class OdometryTrack:
     def of(times: Array, poses: Array, twists: Array | None = None) -> OdometryTrack | None:
         """Times (N,) [s], poses (N, 3) in any order, twists (N, 2) [m/s, rad/s] if known → the track.
 
-        Rows that are not finite or absurd, and repeated times are left out; fewer than two rows left: None.
+        Rows that are not finite or absurd, and repeated times are left out; fewer than two rows left: None. Twists
+        that are mostly so are taken for unknown: some bases send none.
         """
         good = np.isfinite(times) & np.isfinite(poses).all(axis=1)
         good &= (np.abs(poses - np.median(poses[good], axis=0)) < MAX_VALUE).all(axis=1) if good.any() else False
-        if twists is not None:
-            good &= (np.abs(twists) < MAX_VALUE).all(axis=1)
+        sound = None if twists is None else (np.abs(twists) < MAX_VALUE).all(axis=1)
+        if sound is not None and np.count_nonzero(sound & good) > np.count_nonzero(good) / 2:
+            good &= sound
+        else:
+            twists = None
         times, first = np.unique(times[good], return_index=True)
         if len(times) < 2:
             return None

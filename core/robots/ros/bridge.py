@@ -34,7 +34,7 @@ from core.robots.ros.topics import COMPRESSED, RosSettings, RosTopics
 from core.robots.ros.typestore import RobotTypes
 from core.robots.urdf import Body, parse_body
 from core.sensors import Camera, Fault, Image, Laser, Scan, Sound
-from core.sensors.checks import UnusableReading, fault
+from core.sensors.checks import UnusableReading, are_finite, fault
 from core.sensors.laser import flat
 from core.sensors.microphones import load_array
 from core.sensors.scan_gate import RangeUnit, checked_angles
@@ -129,6 +129,9 @@ class RosSensors:
         self._info: Any | None = None
         self._heard: set[str] = set()  # topics of which something could be used
         self._sound_end = 0.0
+        self._battery_scale = (
+            1.0  # of what is said of it; 0.01 from when more than 1 was said: by then it is per cent
+        )
         self.place: Pose | None = None  # by its odometry; None: none came yet
         self._rolled: tuple[float, Pose] | None = None  # by speeds, of an odometry without heading: stamp [s], place
         self._faults: list[Fault] = []
@@ -323,6 +326,10 @@ class RosSensors:
 
     def _take_odometry(self, topic: str, content: Any, received: float) -> None:
         place, q, twist = content.pose.pose.position, content.pose.pose.orientation, content.twist.twist
+        if not are_finite(place.x, place.y, twist.linear.x, twist.angular.z):
+            if self._readings is not None:
+                self._readings.leave_out("odometry.malformed", "", "a value is no finite number")
+            return  # it would last: in the place by speeds, and in a goal that lets the robot stand where it is
         self._base_frame = self._base_frame or content.child_frame_id.strip("/")
         stamp = self._clocks.stamp(topic, stamp_of(content.header), received)
         if 0.5 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 2.0:
@@ -369,9 +376,13 @@ class RosSensors:
         self._info = content
 
     def _take_battery(self, topic: str, content: Any, received: float) -> None:
-        share = float(content.percentage)
-        if 0 <= share <= 100 and self._readings is not None:
-            self._readings.battery(share if share <= 1 else share / 100)  # some drivers say per cent
+        said = float(content.percentage)
+        if not 0 <= said <= 100:
+            return
+        if said > 1:  # some drivers say per cent, and go on to say 1 for the last of them
+            self._battery_scale = 0.01
+        if self._readings is not None:
+            self._readings.battery(self._battery_scale * said)
 
     def _take_sound(self, topic: str, content: Any, received: float) -> None:
         said, packed, own = sound_in(content, self.topics.types[topic])
@@ -536,9 +547,13 @@ class VelocityCommands:
             self._owed = ZERO_MESSAGES - 1
 
     def restart(self) -> None:
-        """The link is up again: a robot that was moving when it was lost gets its zeros first."""
+        """The link is up again: a robot that was driven over the former one gets zeros first.
+
+        Those that were sent may have gone into a link that was dead already, but not yet known to be.
+        """
         with self._guard:
-            self._owed = min(self._owed, ZERO_MESSAGES - 1)
+            if self._sent > -math.inf:
+                self._owed = ZERO_MESSAGES - 1
 
     def finish(self) -> None:
         """Send all zeros that are owed, at once."""

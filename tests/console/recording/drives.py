@@ -51,6 +51,7 @@ class RecordedPilot:
         self.profile = profile
         self.snapshots: list[Snapshot] = []
         self.gate = GateStatus()
+        self.began_s = BEGAN_S
         self.hurries = False  # goes on while the recorder still writes
         self._recorder, self._waiting = RecorderWorker(), list[RecordedMoment]()
         card = profile_to_json(profile)
@@ -70,7 +71,8 @@ class RecordedPilot:
         self._view = self._view if view is None else view.stamp
         self._waiting.append(
             RecordedMoment(
-                logged=BEGAN_S + number / self.profile.rate,
+                at=number / self.profile.rate,
+                logged=self.began_s + number / self.profile.rate,
                 snapshot=slimmed(snapshot, with_map=map_is_new),
                 gate=self.gate,
                 operator="Ada",

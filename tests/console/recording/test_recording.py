@@ -22,6 +22,7 @@ from mcap.writer import Writer
 from rosbags.highlevel import AnyReader
 
 from console.access.roles import ANY_FILE
+from console.maps.service import ITSELF
 from console.recording.service import RecordingService
 from console.recording.work import ReadRecording, RecorderWorker, RecoverRecordings
 from console.workers.worker import Worker, WorkerLost
@@ -32,6 +33,7 @@ from core.recording import mcap_writing, open_log
 from core.recording.drive import DriveRecording
 from core.recording.frame_record import WHOLE_MAP
 from core.recording.mcap_recovery import recovered
+from core.recording.mcap_writing import McapRecording
 from core.recording.ros import decode
 from core.robots import Profile
 from core.robots.connect import connect
@@ -170,7 +172,7 @@ def test_a_recording_from_elsewhere_is_kept_as_it_came_and_can_be_opened(live: L
     assert "log:of mine.log" in ask(live, "GET", "robot/connection").json["opened_here"]
     assert put("of%20mine.log", b"another").status == 409
     assert put("a%20turn", b"another").status == 409, "two would have one name"
-    assert ask(live, "PATCH", "recordings/of%20mine.log", {"name": "theirs.log", "note": "n"}).status == 204
+    assert ask(live, "PATCH", "recordings/of%20mine.log", {"name": "theirs", "note": "n"}).status == 204, "of a form"
     rows = {row["name"]: row for row in ask(live, "GET", "recordings").json["recordings"]}
     row = rows["theirs.log"]
     assert (row["file"], row["note"], row["bytes"], row["complete"]) == ("theirs.log", "n", len(content), True)
@@ -181,6 +183,53 @@ def test_a_recording_from_elsewhere_is_kept_as_it_came_and_can_be_opened(live: L
     nothing = put("x.mcap", b"")
     assert (nothing.status, nothing.json["detail"]) == (422, "x.mcap is empty; nothing was kept.")
     assert put("..%2Fx.log", b"x").status in (404, 415, 422)
+
+
+def test_nothing_takes_the_name_of_a_recording_that_runs(live: Live, recorded: Any) -> None:
+    assert ask(live, "POST", "recordings/start", {"name": "runs"}).status == 201
+    put = live.ask("PUT", "/api/recordings/runs.mcap", raw=b"another", headers={"Content-Type": ANY_FILE})
+    renamed = ask(live, "PATCH", "recordings/a%20turn", {"name": "runs"})
+    assert (put.status, renamed.status) == (409, 409)
+    assert ask(live, "POST", "recordings/stop").status == 200
+    path = live.home / "recordings" / "runs.mcap"
+    assert make_reader(path.open("rb")).get_summary() is not None
+    with pytest.raises(Unwritable, match="File exists"):
+        McapRecording(path)
+    assert ask(live, "DELETE", "recordings/runs").status == 204
+
+
+def test_a_recording_begins_though_its_note_cannot_be_kept_and_ends_for_its_own_starter_alone(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder = live.runtime.parts[RecordingService]
+    with monkeypatch.context() as disk:
+        disk.setattr("console.recording.service.write_atomic", full)
+        assert ask(live, "POST", "recordings/start", {"name": "noted", "note": "a note"}).status == 201
+    assert recorder._base == "noted"
+    live.run(recorder.stop_own("of a route", ITSELF))
+    assert recorder.state.name == "noted"
+    live.run(recorder.stop_own("noted", ITSELF))
+    assert recorder.state.name is None
+    assert ask(live, "DELETE", "recordings/noted").status == 204
+
+
+def full(*_: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@pytest.mark.parametrize("step_s", [-3600.0, 3600.0])
+def test_a_clock_that_is_set_neither_empties_the_ring_nor_lets_it_grow(tmp_path: Path, step_s: float) -> None:
+    recorded = RecordedPilot(tmp_path / "drive.mcap", Profile(name="a robot", url=""), ring_s=2.0)
+    for number in range(5 * BATCH):
+        if number == 4 * BATCH:
+            recorded.began_s += step_s
+        recorded.step(SensorFrame(stamp=number / recorded.profile.rate))
+    recorded.keep(tmp_path / "kept.mcap", 60.0)
+    assert by_mcap(tmp_path / "kept.mcap")["/beckon/frame"] == pytest.approx(2.0 * recorded.profile.rate, abs=2)
+    with (tmp_path / "kept.mcap").open("rb") as file:
+        times = [one.log_time for _, _, one in make_reader(file).iter_messages()]
+    assert max(times) - min(times) == pytest.approx(2e9, abs=2e8)
+    recorded.leave()
 
 
 def test_a_sample_is_recorded_once_and_plays(live: Live) -> None:
@@ -423,10 +472,11 @@ def test_what_the_disk_refuses_is_told_and_ends_no_recorder(tmp_path: Path, monk
 def test_a_summary_without_its_channels_is_read_all_the_same(tmp_path: Path) -> None:
     with (tmp_path / "foreign.mcap").open("wb") as file:
         writer = Writer(file, repeat_channels=False)
-        writer.start()
+        writer.start(library="beckon")
         channel = writer.register_channel("/scan", "json", writer.register_schema("Scan", "jsonschema", b"{}"))
         for at in (0, 2_000_000_000):
             writer.add_message(channel, at, b"{}", at)
         writer.finish()
     read = RecorderWorker().read(ReadRecording(str(tmp_path / "foreign.mcap")))
     assert (read.complete, read.seconds, read.messages) == (True, 2.0, {})
+    assert DriveRecording(tmp_path / "foreign.mcap").counts == {}

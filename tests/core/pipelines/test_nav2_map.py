@@ -149,6 +149,7 @@ def test_a_pgm_of_other_depths_is_scaled_to_its_brightest() -> None:
         (yaml_of(), pgm(drawn(1, 1))[:-5], "cut off"),
         (yaml_of(), png_of(drawn(3, 1))[:60], "cut off"),
         (yaml_of(), b"P5 100000 100000 255\n", "cells"),
+        (yaml_of(), b"P5 " + b"9" * 5000 + b" 1 255\n", "PGM"),
         (yaml_of(), b"", "PGM"),
         (yaml_of(), b"GIF89a" + bytes(40), "PGM"),
     ],

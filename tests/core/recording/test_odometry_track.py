@@ -36,6 +36,15 @@ def test_speeds_are_those_of_the_motion():
     assert backwards.wheels_at(5.05).speed == pytest.approx(-0.4, abs=1e-3)
 
 
+@pytest.mark.parametrize("of_none", [np.full((101, 2), np.nan), np.full((101, 2), 1e9)])
+def test_a_base_that_sends_no_speeds_still_has_its_places(of_none):
+    track = OdometryTrack.of(TIMES, ARC, of_none)
+    assert track is not None and track.wheels_at(5.05).speed == pytest.approx(0.4, abs=1e-3)
+    some = np.full((101, 2), 0.4)
+    some[50] = np.nan
+    assert len(OdometryTrack.of(TIMES, ARC, some).times) == 100
+
+
 def test_outside_the_track_the_robot_stands():
     track = OdometryTrack.of(TIMES, ARC)
     before, after = track.wheels_at(-3.0), track.wheels_at(99.0)

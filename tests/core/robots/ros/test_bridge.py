@@ -184,9 +184,23 @@ def test_the_battery_is_a_share_even_where_it_is_said_in_per_cent() -> None:
     wire.sensors.attach(wire.readings)
     shares: list[float] = []
     wire.readings.battery = shares.append  # type: ignore[method-assign]
-    for said in (0.5, 80.0, math.nan):
+    for said in (0.5, 80.0, math.nan, 1.0, 0.5):
         wire.take("/battery", wire.maker.battery(said))
-    assert shares == pytest.approx([0.5, 0.8])
+    assert shares == pytest.approx([0.5, 0.8, 0.01, 0.005])  # the last of a battery in per cent is not a full one
+
+
+def test_an_odometry_that_is_no_number_leaves_nothing_behind() -> None:
+    wire = Wire()
+    wire.sensors.attach(wire.readings)
+    for step, (x, speed) in enumerate(((1.0, 0.1), (math.nan, 0.1), (1.1, math.nan))):
+        wire.clock += 0.05
+        wheels = Wheels(odometry=Pose(x, 0.0, 0.0), speed=speed, turn_rate=0.0)
+        wire.take("/odom", wire.maker.odometry(wheels, 0.05 * step))
+    place, here = wire.sensors.place, wire.sensors.navigation._here
+    assert place is not None and here is not None
+    assert np.isfinite([*vars(place).values(), *vars(here[1]).values()]).all()
+    faults = wire.readings.frame().faults
+    assert [one.code for one in faults if one.code.startswith("odometry")] == ["odometry.malformed"]
 
 
 def test_damaged_messages_are_counted_and_change_nothing() -> None:
@@ -384,6 +398,21 @@ def test_after_the_link_was_lost_on_the_move_zeros_come_first() -> None:
     sent.now += 1.0
     sent.commands.tick()
     assert sent.speeds[-1][1] == ZERO
+
+
+def test_zeros_that_went_into_a_dead_link_are_sent_again_when_it_is_back() -> None:
+    sent = Sent()
+    sent.commands.restart()
+    sent.call(ZERO, 0.5)
+    assert sent.speeds == []  # nothing was driven over it
+    sent.call(Twist(0.1, 0.0), 0.1)
+    sent.call(ZERO, 5.0)  # its loss is noticed after seconds of silence
+    before = len(sent.speeds)
+    sent.commands.restart()
+    for _ in range(20):
+        sent.now += 0.05
+        sent.commands.tick()
+    assert [twist for _, twist in sent.speeds[before:]] == [ZERO] * 4
 
 
 def test_speeds_that_are_no_numbers_stop() -> None:
