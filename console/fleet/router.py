@@ -97,7 +97,7 @@ class FleetRouter:
 
     @property
     def trouble(self) -> str:
-        """Why no robot can join, or why a halt of all would not outlast this program; "" when all is well."""
+        """A sentence: no robot can join, or a halt of all would not outlast this program; "" when all is well."""
         return self._listen_trouble or self._disk_trouble
 
     # life

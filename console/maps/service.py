@@ -630,7 +630,7 @@ class MapService(Part):
 
 
 def _acts(snapshot: Snapshot) -> tuple[PilotAct, ...]:
-    """What was done before its frame."""
+    """The acts of people that took effect with its frame."""
     return () if snapshot.inputs is None else snapshot.inputs.acts
 
 
