@@ -348,7 +348,11 @@ class FleetRouter:
 
 
 def _held_halt(path: Path) -> HeldHalt | None:
+    """The halt of an earlier run; one that cannot be read halts every robot."""
     try:
         return msgspec.json.decode(path.read_bytes(), type=HeldHalt)
-    except (OSError, msgspec.MsgspecError):
+    except FileNotFoundError:
         return None
+    except (OSError, msgspec.MsgspecError) as trouble:
+        log.warning("%s cannot be read, so all robots are halted: %s", path, trouble)
+        return HeldHalt(path.name, time.time(), [])

@@ -297,7 +297,7 @@ class RouteService(Part):
         elif run.state == "driving" and now >= run.until:
             self._try_again(run)
         elif run.state == "waiting" and run.rests:
-            if now >= run.until:
+            if self._rest(run) == 0.0:  # by the clock, which goes on while the computer sleeps, and may be set
                 self._begin_round(run)
         elif run.state == "waiting" and now >= run.until and not self._is_held(run):
             self._next(run)
@@ -398,7 +398,7 @@ class RouteService(Part):
 
     def _wait_for_round(self, run: RouteRun, seconds: float) -> None:
         when = time.strftime("%H:%M", time.localtime(self.clock() + seconds))
-        run.state, run.rests, run.until = "waiting", True, time.monotonic() + seconds
+        run.state, run.rests = "waiting", True
         run.reason = Statement("routes.next_round", when=when)
         self._keep()
 

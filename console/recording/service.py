@@ -148,6 +148,7 @@ class RecordingService(Part):
         self._ring_from = math.inf  # [s] monotonic, when the ring begins
         self._known: dict[tuple[str, float], FinishedRecording] = {}  # by name and time of change
         self._notes: dict[str, RecordingNote] = {}
+        self._deletes = True  # the oldest files where all are too large; not where nobody knows which have a note
         self._turn, self._change = asyncio.Lock(), asyncio.Lock()  # of the process; of what begins and ends
         self._map_at = self._disk_at = -1e9
         self._grid = self._voice = -1
@@ -507,6 +508,8 @@ class RecordingService(Part):
 
     async def _make_room(self) -> None:
         """Delete the oldest files that nobody gave a note while all are too large, and say before which is next."""
+        if not self._deletes:
+            return
         most, files = 1e9 * self._settings.folder_gb, await asyncio.to_thread(self._sizes)
         total = sum(size for _, _, size in [*files, *await asyncio.to_thread(self._parts)])
         for name, _, size in sorted(files, key=lambda one: one[1]):
@@ -726,7 +729,10 @@ class RecordingService(Part):
         except FileNotFoundError:
             return {}
         except (OSError, msgspec.MsgspecError) as trouble:
-            self._notifications.tell("warning", f"The notes of the recordings cannot be read: {trouble}")
+            self._deletes = False
+            self._notifications.tell(
+                "warning", f"The notes of the recordings cannot be read, so none is deleted to make room: {trouble}"
+            )
             return {}
 
     async def _set_note(self, name: str, note: str) -> None:

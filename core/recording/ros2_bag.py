@@ -25,7 +25,7 @@ def folder_messages(folder: Path, settings: LogSettings, tally: ReadReport) -> I
     """Every message of a bag's folder, file after file. Raises BadInput when there is none."""
     found = (path for path in folder.iterdir() if path.suffix in (".db3", ".mcap") and path.is_file())
     files = sorted(
-        found, key=lambda path: [int(part) if part.isdigit() else part for part in DIGITS.split(path.name)]
+        found, key=lambda path: [int(part) if part.isdecimal() else part for part in DIGITS.split(path.name)]
     )
     text = _metadata(folder / "metadata.yaml")
     if not files:

@@ -426,7 +426,6 @@ def test_rounds_begin_within_their_hours_only(live: Live) -> None:
         stays(live, "waiting")
         service.clock = lambda: night + 10.5 * 3600
         assert service.run_now is not None
-        service.run_now.until = 0.0
         live.until(lambda: service.run_now.rounds == 1, 60)
         told = comes_to(live, "waiting")
         assert "09:00" in told["reason"]

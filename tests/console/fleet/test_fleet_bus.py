@@ -31,7 +31,7 @@ from console.fleet.bus import (
     open_session,
     trusting,
 )
-from console.fleet.router import HALT_FILE, FleetRouter, FleetStop
+from console.fleet.router import HALT_FILE, FleetRouter, FleetStop, _held_halt
 from core.errors import BadInput, BeckonError
 from core.files import write_atomic
 from core.robots.ros.zenoh_session import load_zenoh
@@ -333,6 +333,13 @@ def test_a_halt_that_is_reset_while_it_is_written_is_not_on_the_disk(
         assert not (tmp_path / HALT_FILE).exists()
 
     run(work())
+
+
+@pytest.mark.parametrize(("content", "halts"), [(None, False), (b"{", True)])
+def test_a_halt_that_cannot_be_read_is_a_halt(tmp_path: Path, content: bytes | None, halts: bool) -> None:
+    if content is not None:
+        (tmp_path / HALT_FILE).write_bytes(content)
+    assert (_held_halt(tmp_path / HALT_FILE) is not None) is halts
 
 
 def test_a_halt_that_is_written_after_all_is_no_trouble_any_more(

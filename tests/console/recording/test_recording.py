@@ -161,6 +161,23 @@ def test_recordings_are_listed_renamed_noted_taken_away_and_deleted(live: Live, 
     assert ask(live, "POST", "recordings/start", {"name": "../x"}).status == 422
 
 
+def test_no_recording_is_deleted_while_nobody_knows_which_have_a_note(tmp_path: Path) -> None:
+    (tmp_path / "recordings.json").write_bytes(b"{")
+    (tmp_path / "recordings").mkdir()
+    noted = tmp_path / "recordings" / "noted.mcap"
+    noted.touch()
+    os.truncate(noted, 200_000_000)
+    with Live(tmp_path, no_auth=True) as live:
+        recorder = live.runtime.parts[RecordingService]
+        recorder._settings = replace(recorder._settings, folder_gb=0.1)
+        live.run(recorder._make_room())
+        assert noted.is_file()
+        assert any("so none is deleted" in one.text for one in live.runtime.notifications.shown)
+        recorder._deletes = True
+        live.run(recorder._make_room())
+        assert not noted.exists()
+
+
 def test_a_recording_from_elsewhere_is_kept_as_it_came_and_can_be_opened(live: Live, recorded: Any) -> None:
     def put(name: str, content: bytes) -> Any:
         return live.ask("PUT", f"/api/recordings/{name}", raw=content, headers={"Content-Type": ANY_FILE})
