@@ -53,6 +53,15 @@ def stroke(here: Visit, *points: tuple[float, float]) -> None:
     here.page.mouse.up()
 
 
+def test_the_link_to_the_editor_leaves_the_bar_where_it_is(visit: Open, console: Running) -> None:
+    here = opened(visit(), console)
+    here.page.get_by_role("link", name="Edit the map").click()
+    expect(here.find(".map-edit-floor")).to_be_in_viewport()
+    here.wait(0.5)
+    assert here.page.evaluate("document.documentElement.scrollTop") == 0
+    assert here.page.evaluate("document.documentElement.scrollHeight <= innerHeight")
+
+
 def test_cells_are_drawn_and_erased_a_room_is_named_and_all_is_taken_back(visit: Open, console: Running) -> None:
     here = opened(visit(), console)
     floor = here.find(".map-edit-floor")

@@ -199,7 +199,7 @@ def paused_in_the_status_line(here: Visit) -> None:
     rows = pill.get_by_role("button").evaluate_all("all => all.map(each => each.getBoundingClientRect().top)")
     assert len(rows) == 2 and rows[0] == rows[1], "Pause and Cancel stand beside each other"
     pill.get_by_role("button", name="Pause").click()
-    expect(pill).to_contain_text("round paused at desk")
+    expect(pill).to_contain_text("round paused; next goal: desk")
     pill.get_by_role("button", name="Go on").click()
     expect(pill).to_contain_text("round waits at desk")
 
@@ -244,11 +244,11 @@ def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: O
     card.get_by_role("button", name="Go on").click()
     expect(card.locator(".route-now")).to_contain_text("sofa (2 of 2)")
     card.get_by_role("button", name="Pause").click()
-    expect(card.locator(".route-now")).to_contain_text("paused at sofa")
+    expect(card.locator(".route-now")).to_contain_text("paused; next goal: sofa")
     expect(card.locator(".route-under")).to_contain_text("Paused by")
     shown(here, "route-paused")
     card.get_by_role("button", name="End").click()
-    expect(card.locator(".route-now")).to_contain_text("ended at sofa")
+    expect(card.locator(".route-now")).to_contain_text("ended; last goal: sofa")
     card.get_by_role("button", name="Change round").click()
     expect(card.get_by_label("Seconds at sofa")).to_have_value("25.5")
     card.get_by_role("button", name="Remove desk").click()

@@ -41,7 +41,7 @@ def test_a_recording_is_opened_a_damaged_one_is_not_and_the_way_leads_back(visit
     before = console.ask("api/state")["seq"]
     page.get_by_role("link", name="Connect").first.click()
     here.button("log:damaged.mcap").click()
-    here.find(".connect-question").get_by_role("button", name="Open", exact=True).click()
+    here.find(".connect-question").get_by_role("button", name="Open without saving").click()
     expect(here.find(".connect-status")).to_contain_text("not an MCAP file", timeout=LONG)
     assert console.ask("api/state")["seq"] > before, "the session goes on"
     here.button("log:walk.log").click()
@@ -54,7 +54,7 @@ def test_a_recording_is_opened_a_damaged_one_is_not_and_the_way_leads_back(visit
     page.get_by_label("URL of a robot").fill("sim:floor")
     here.button("Open").click()
     page.wait_for_url(console.url, timeout=LONG)
-    here.find("notice-toasts .toast").filter(has_text="is kept").get_by_role("button", name="Show").click(
+    here.find("notice-toasts .toast").filter(has_text="was saved as").get_by_role("button", name="Show").click(
         timeout=LONG
     )
     expect(here.find(".map-saved:visible")).to_contain_text("map 2")
@@ -164,7 +164,7 @@ def test_a_drive_is_recorded_kept_named_deleted_and_played(visit: Open, console:
     here.button("Delete").click()
     expect(rows.filter(has_text="kept it")).to_have_count(0)
     here.button("Play a turn").click()
-    here.find(".recording .map-question").get_by_role("button", name="Open", exact=True).click()
+    here.find(".recording .map-question").get_by_role("button", name="Open without saving").click()
     here.page.wait_for_url(console.url, timeout=LONG)
     expect(here.find(".bar .recorder")).to_have_attribute("aria-disabled", "true", timeout=LONG)
     here.until(lambda: console.ask("api/state")["robot"]["progress"] > 0.1, "one press opened and plays it")

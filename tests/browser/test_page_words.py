@@ -258,6 +258,21 @@ def test_the_first_hints_notice_what_was_done(visit: Open, console: Running) -> 
     assert not hint.is_visible()
 
 
+def test_the_first_hints_go_on_where_they_were_left_and_do_not_cover_a_list(visit: Open) -> None:
+    here = visit(size=PHONE, hints=True)
+    hint = here.find(".coach")
+    expect(hint).to_contain_text("Turn the robot")
+    hint.get_by_role("button", name="Skip").click()
+    expect(hint).to_contain_text("Hold to drive")
+    here.page.reload()
+    expect(hint).to_contain_text("Hold to drive", timeout=1000 * PATIENCE)
+    expect(hint).to_contain_text("2 of")
+    here.button("Details").click()
+    expect(hint).to_be_hidden()
+    here.button("Map").click()
+    expect(hint).to_be_visible()
+
+
 def test_the_first_hints_do_not_cover_why_a_command_was_refused(visit: Open) -> None:
     here = visit(hints=True)
     hint, status = here.find(".coach"), here.find("command-status")
@@ -303,6 +318,41 @@ def test_on_a_phone_the_hint_is_small_the_question_whole_and_no_notice_lies_over
         brush.font = style.font;
         return brush.measureText(box.placeholder).width + parseFloat(style.paddingLeft) <= box.clientWidth; }"""
     assert here.page.evaluate(needs)
+
+
+def test_a_refusal_says_once_what_may_have_been_meant_and_a_second_slash_is_no_word(visit: Open) -> None:
+    here = visit()
+    status = here.find("command-status")
+    here.say("trun left")
+    expect(status.locator(".status-remark")).to_contain_text("Did you mean one of these?")
+    expect(status.get_by_role("group", name="Did you mean")).to_have_text("turn left")
+    here.page.keyboard.press("Escape")
+    here.told(lambda: here.page.keyboard.type("//turn right\n"), "done")
+    expect(here.find("history-list .record-words").first).to_have_text("turn right")
+
+
+NARROW = """() => {
+    const boxes = all => [...document.querySelectorAll(all)].map(one => one.getBoundingClientRect());
+    const [bar] = boxes(".bar"), badges = boxes("robot-badge > .badge:not([hidden])");
+    const around = boxes(".bar > :is(page-menu, link-chip)");
+    const apart = (a, b) => a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top;
+    const badge = document.querySelector("robot-badge");
+    return badges.length === 2 && badge.scrollWidth <= badge.clientWidth && apart(badges[0], badges[1])
+        && badges.every(one => one.top >= bar.top && one.bottom <= bar.bottom && around.every(other => apart(one, other)));
+}"""
+
+
+def test_the_pace_of_a_slow_simulator_is_whole_on_the_narrowest_page(visit: Open, console: Running) -> None:
+    line = Doctored()
+    line.change = {"robot": console.ask("api/state")["robot"] | {"pace": 0.6}}
+    for width, language in ((320, "en"), (390, "de"), (320, "de")):
+        words = f"localStorage.setItem('beckon.language', '{language}')"
+        here = visit(size=(width, 740), before=lambda page: (line.lie_between(page), page.add_init_script(words)))  # noqa: B023
+        for path in ("", "experiments", "recordings", "calibrate"):
+            if path:
+                here.page.goto(console.url + path)
+            expect(here.find("robot-badge [data-tone=stale]")).to_contain_text("0.6", timeout=1000 * PATIENCE)
+            assert here.page.evaluate(NARROW), (width, language, path)
 
 
 @pytest.mark.campaign

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { confirmedTopics, fileOf, isBare } from "../../static/js/connect/connection-model.js";
-import { mapName, openInstead } from "../../static/js/connect/opening.js";
+import { mapName, nameOf, openInstead } from "../../static/js/connect/opening.js";
 import { nameTrouble } from "../../static/js/net/maps-api.js";
 
 /** @import { FoundRobot as Connection, TopicRole } from "../../static/js/net/rest.js" */
@@ -33,6 +33,11 @@ const found = (...roles) => ({
       findings: { base_frame: "", roles, placed: [], clocks: [], faults: [], remarks: [] },
     },
   ],
+});
+
+test("a recording goes by its name, a robot by its URL", () => {
+  const urls = ["log:first drive.mcap", "log:/data/walk.log", "sim:lab"];
+  assert.deepEqual(urls.map(nameOf), ["first drive", "walk.log", "sim:lab"]);
 });
 
 test("what is used is confirmed, with the type of the speeds", () => {

@@ -11,8 +11,8 @@ import { t } from "../ui/texts.js";
 /** A name for a map that has none. @param {Date} now */
 export const mapName = (now) => `map ${now.toLocaleString("sv").slice(0, 16).replace(":", "-")}`;
 
-/** What a person calls it: the file of a recording, else its URL. @param {string} url */
-export const nameOf = (url) => url.replace(/^log:(?:.*\/)?/, "");
+/** What a person calls it: the name of a recording, else its URL. @param {string} url */
+export const nameOf = (url) => url.replace(/^log:(?:.*\/)?(.*?)(?:\.mcap)?$/, "$1");
 
 /** URL of the robot that a recording was opened instead of; "" where none is known. */
 export const robotBefore = () => remembered("robot", "");
@@ -89,7 +89,7 @@ export function askToOpen(question, session, { url, open, stay }) {
   question.replaceChildren(
     make("p", sentence),
     save,
-    choice(t("connect-robot.open"), () => open(false)),
+    choice(t("connect-robot.open_without_saving"), () => open(false)),
     choice(t("connect-robot.stay"), stay),
   );
   question.hidden = false;

@@ -19,9 +19,11 @@ import { t } from "../ui/texts.js";
  * @property {string} [opens] view or tab that shows its target
  */
 
+const SEEN = "seen";
 const EDGE = 12; // [px] from the map's upper edge
 const LEAVES_MS = 6000; // of the last card
 const DESK_PX = 1024; // from which the map has room beside the card
+const PHONE_PX = 700; // below which one view is shown at a time
 const POINTS = 20; // [px] up to which a hint points to its target; farther away something lies in between
 const touch = matchMedia("(pointer: coarse)").matches;
 
@@ -112,16 +114,18 @@ export class CoachMarks extends Panel {
     });
   }
 
-  begin() {
+  /** @param {number} [step] to begin with */
+  begin(step = 0) {
     this.#asked = true;
     this.#met.clear();
-    this.#go(0);
+    this.#go(Math.max(step, 0));
   }
 
   /** @override @param {View} view */
   show(view) {
     const { hello, state, permission, up } = view;
-    const first = !this.#asked && remembered("hints", "") === "";
+    const left = remembered("hints", "0"); // index of the hint that a visit before this one was left at, or "seen"
+    const first = !this.#asked && left !== SEEN;
     if (
       first &&
       up &&
@@ -131,14 +135,19 @@ export class CoachMarks extends Panel {
       !state.slam.looking_around &&
       !state.command
     )
-      this.begin();
+      this.begin(fitting().findIndex((hint) => HINTS.indexOf(hint) >= Number(left)));
     for (const one of HINTS) if (one.done?.(view)) this.#meet(one);
     const hint = this.#hints[this.#step];
     if (hint && fitting().length > this.#hints.length) this.#go(fitting().indexOf(hint)); // people came in
     this.#tour.hidden = this.#step > 0 || document.querySelector(".person-chip") === null;
     if (!this.#card.hidden) this.#place();
-    // Do not cover a pending command or a zone being drawn and their buttons; no hints while another operator drives.
-    const busy = state?.pending_command || document.querySelector(".flat-mode-bar:not([hidden])");
+    // Do not cover a pending command or a zone being drawn and their buttons, nor on a phone the lists of Details, unless
+    // the hint is about them; no hints while another operator drives.
+    const lists = innerWidth < PHONE_PX && document.querySelector('[data-view="details"]');
+    const busy =
+      state?.pending_command ||
+      document.querySelector(".flat-mode-bar:not([hidden])") ||
+      (lists && this.#hints[this.#step]?.opens !== "voices");
     this.#card.style.visibility = busy || permission.may === "no" ? "hidden" : "";
   }
 
@@ -165,7 +174,8 @@ export class CoachMarks extends Panel {
       this.#end();
       return;
     }
-    if (!hint) this.#leaving = setTimeout(() => this.#end(), LEAVES_MS);
+    if (hint) remember("hints", String(HINTS.indexOf(hint)));
+    else this.#leaving = setTimeout(() => this.#end(), LEAVES_MS);
     this.#card.hidden = false;
     this.#card.dataset["step"] = String(step + 1);
     write(this.#title, hint?.title ?? t("coach-marks.that_is_all"));
@@ -191,7 +201,7 @@ export class CoachMarks extends Panel {
     this.#point(undefined);
     this.#step = -1;
     this.#card.hidden = true;
-    remember("hints", "seen");
+    remember("hints", SEEN);
   }
 
   #place() {

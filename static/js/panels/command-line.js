@@ -123,7 +123,7 @@ export class CommandLine extends Panel {
       this.#accept(chosen);
       if (!chosen.complete) return;
     }
-    const text = this.#box.value.trim();
+    const text = this.#box.value.replace(/^[\s/]+/, "").trim(); // "/" leads here, and may be typed once more
     if (!text || this.#send.disabled) return;
     this.#recall.add(text);
     this.#box.value = "";

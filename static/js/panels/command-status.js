@@ -86,6 +86,8 @@ const READY = {
   suggestions: [],
 };
 const OFFERED = 3;
+/** Refusals that say themselves what the offered commands are. */
+const OFFERING = ["words.unknown", "words.unknown_like", "places.other", "places.others"].map((key) => t(`console.${key}`));
 const GETTING_READY = t("command-status.getting_the_ears_ready");
 
 class CommandStatus extends Panel {
@@ -245,7 +247,9 @@ class CommandStatus extends Panel {
     else if (empty) this.#suggestions.replaceChildren(this.#addPerson(), howItWorks());
     else
       this.#suggestions.replaceChildren(
-        make("span.note", t("command-status.did_you_mean")),
+        ...(OFFERING.some((words) => line.remark.endsWith(words))
+          ? []
+          : [make("span.note", t("command-status.did_you_mean"))]),
         ...suggestions.map((text) => make("button.chip", { onclick: () => void this.session.say(text, "chip") }, text)),
       );
   }

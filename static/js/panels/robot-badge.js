@@ -58,7 +58,7 @@ class RobotBadge extends Panel {
       write(this.#name, robot.name);
       this.#name.title = robot.url;
       const name = robot.kind === "LOG" || this.session.opening ? "" : mapLeft();
-      const text = t("nav2-card.the_map_name_is_kept", { name });
+      const text = t("robot-badge.your_map_was_saved", { name });
       if (name) this.session.tell("offer", { text, words: t("recorder.show"), event: "show-maps" });
     });
   }

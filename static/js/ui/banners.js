@@ -1,5 +1,6 @@
 // Banners of the page in order of severity. Pure functions from a view to sentences.
 
+import { nameOf } from "../connect/opening.js";
 import { age, metres, speed, whereabouts } from "./format.js";
 import { t } from "./texts.js";
 
@@ -20,8 +21,9 @@ export function banners(view) {
   const { state, hello, link } = view;
   if (link.is === "opening" && !state) return [];
   if (link.is !== "up" && view.opening) {
-    const name = view.opening.replace(/^log:/, "").split("/").at(-1) ?? "";
-    return [calmly("opening", "calm", "tape", t("banners.opening_name", { name }))];
+    if (view.opening.startsWith("sim:"))
+      return [calmly("opening", "calm", "cube", t("banners.opening_the_simulated_robot"))];
+    return [calmly("opening", "calm", "tape", t("banners.opening_name", { name: nameOf(view.opening) }))];
   }
   if (link.is !== "up") return [lost(view)];
   if (!state || !hello) return [];
