@@ -37,6 +37,12 @@ class SaveMapRequest(RequestBody):
     replace: bool = False
 
 
+class RenameMapRequest(RequestBody):
+    """Another name for a saved map."""
+
+    name: str = Field(max_length=4 * MAX_NAME_LETTERS, examples=["first floor"])
+
+
 class SavedMapRow(SavedMapFacts, kw_only=True):
     """A saved map; `verified`: it bears checksums, which are compared when it is loaded or packed."""
 
@@ -221,6 +227,13 @@ async def load(name: Name, maps: SavedMaps, who: Who) -> LoadingMap:
     """Go on in a saved map; the robot finds its place in it. Unsaved parts of the present map are lost."""
     await maps.load(name, who)
     return LoadingMap(maps.shown.name)
+
+
+@maps.patch("/maps/{name}")
+@needs("operator")
+async def rename(name: Name, asked: RenameMapRequest, maps: SavedMaps, who: Who) -> SavedMapRow:
+    """Rename a saved map; who goes on in it goes on in it. 409 where there is one of the new name."""
+    return map_row(await maps.rename(name, asked.name, who))
 
 
 @maps.delete("/maps/{name}", status_code=204)

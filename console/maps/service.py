@@ -444,6 +444,22 @@ class MapService(Part):
                     await self._entered.wait()
         self._changed("load", card.name, who)
 
+    async def rename(self, name: str, to_name: str, who: Person) -> MapInfo:
+        """Call a saved map otherwise. Raises BadInput, Problem 404, 409, 503, Unwritable."""
+        kept, to_name = await self.kept(name), checked_name(to_name)
+
+        def rename() -> None:
+            other = self._store.find(to_name)
+            if other is not None and other.folder != kept.folder:
+                raise Problem(409, Statement("maps.taken", name=other.card.name))
+            self._store.rename(kept, to_name)
+
+        await self._on_disk(self._taking_turns(rename))
+        if self._name == kept.card.name:
+            self._name = to_name
+        self._changed("rename", f"{kept.card.name} to {to_name}", who)
+        return (await self.kept(to_name)).card
+
     async def delete(self, name: str, who: Person) -> None:
         """Away with a saved map. Raises Problem 404, 503, Unwritable."""
         kept = await self.kept(name)

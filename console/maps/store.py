@@ -121,6 +121,8 @@ class MapStore:
     def rename(self, kept: StoredMap, name: str) -> None:
         """Call a map otherwise, in the place of one that has this name. Raises FileNotFoundError, Unwritable."""
         former, card = self.find(name), kept.folder / CARD
+        if former is not None and former.folder == kept.folder:
+            former = None  # large letters for small ones
         document = {**json.loads(card.read_bytes()), "name": name}
         with saving("The map could not be renamed"):
             write_atomic(card, json.dumps(document if kept.changed else sealed(document), indent=1))

@@ -62,6 +62,24 @@ def test_the_link_to_the_editor_leaves_the_bar_where_it_is(visit: Open, console:
     assert here.page.evaluate("document.documentElement.scrollHeight <= innerHeight")
 
 
+def test_a_saved_map_is_renamed_on_the_page(visit: Open, console: Running) -> None:
+    here = opened(visit(), console)
+    for name in ("lab", "hall"):
+        console.ask("api/maps", {"name": name})
+    saved = here.find(".map-saved:visible")
+    for to in ("hall", "first floor"):
+        saved.get_by_role("button", name="Rename lab").click()
+        saved.get_by_role("textbox", name="New name of the map").fill(to)
+        here.page.keyboard.press("Enter")
+        if to == "hall":
+            expect(here.find("map-card:visible .map-trouble")).to_contain_text("There is a map “hall” already")
+    expect(saved.locator(".map-name")).to_contain_text(["hall", "first floor"])
+    assert {one["name"] for one in console.ask("api/maps")["maps"]} >= {"hall", "first floor"}
+    here.complaints[:] = [each for each in here.complaints if "409" not in each]  # the browser notes the refusal
+    for name in ("hall", "first%20floor"):
+        console.ask(f"api/maps/{name}", method="DELETE")
+
+
 def test_cells_are_drawn_and_erased_a_room_is_named_and_all_is_taken_back(visit: Open, console: Running) -> None:
     here = opened(visit(), console)
     floor = here.find(".map-edit-floor")

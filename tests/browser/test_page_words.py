@@ -338,7 +338,8 @@ NARROW = """() => {
     const apart = (a, b) => a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top;
     const badge = document.querySelector("robot-badge");
     return badges.length === 2 && badge.scrollWidth <= badge.clientWidth && apart(badges[0], badges[1])
-        && badges.every(one => one.top >= bar.top && one.bottom <= bar.bottom && around.every(other => apart(one, other)));
+        && badges.every(one => one.top >= bar.top && one.bottom <= bar.bottom)
+        && badges.every(one => around.every(other => apart(one, other)));
 }"""
 
 

@@ -1,7 +1,7 @@
 // HTTP client for maps: saved maps, relocalization, loop closures.
 
 import { t } from "../ui/texts.js";
-import { address, call, post } from "./api.js";
+import { address, call, post, send } from "./api.js";
 
 /** @import { ClosureRow } from "./messages.js" */
 /** @import { MapMatchRow as MapMatch, SavedMapRow as SavedMap } from "./rest.js" */
@@ -31,6 +31,9 @@ export const save = (name, replace) => post(ROOT, { name, replace });
 
 /** @param {string} name */
 export const load = (name) => post(`${one(name)}/load`);
+
+/** @param {string} name @param {string} to @returns {Promise<SavedMap>} 409 when the name is taken */
+export const rename = (name, to) => send(one(name), "PATCH", { name: to });
 
 /** @param {string} name */
 export const remove = (name) => call(one(name), { method: "DELETE" });

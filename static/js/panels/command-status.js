@@ -87,7 +87,9 @@ const READY = {
 };
 const OFFERED = 3;
 /** Refusals that say themselves what the offered commands are. */
-const OFFERING = ["words.unknown", "words.unknown_like", "places.other", "places.others"].map((key) => t(`console.${key}`));
+const OFFERING = ["words.unknown", "words.unknown_like", "places.other", "places.others"].map((key) =>
+  t(`console.${key}`),
+);
 const GETTING_READY = t("command-status.getting_the_ears_ready");
 
 class CommandStatus extends Panel {

@@ -2,11 +2,11 @@
 
 import { address } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
-import { icon, make, nameField, onSubmit, write } from "../ui/element.js";
+import { icon, iconButton, make, nameField, onSubmit, write } from "../ui/element.js";
 import { day, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
-import { confirmIn } from "../ui/row-question.js";
+import { confirmIn, questionIn } from "../ui/row-question.js";
 import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
@@ -189,11 +189,42 @@ class MapCard extends Panel {
       ),
     );
     if (!this.#form.hidden)
+      acts.append(
+        iconButton("pencil", t("map-card.rename_name", { name }), () => this.#askName(row, name), {
+          title: t("map-card.rename"),
+          look: "small",
+        }),
+      );
+    if (!this.#form.hidden)
       act("plain", t("map-card.delete_name", { name }), t("map-card.delete"), () =>
         ask(t("map-card.delete_this_map_for_good"), t("map-card.delete"), () => maps.remove(name)),
       );
     row.append(acts);
     return row;
+  }
+
+  /** @param {HTMLElement} row @param {string} name of a saved map, which gets another one */
+  #askName(row, name) {
+    const field = nameField(t("map-card.new_name"), { value: name });
+    const leave = () => this.#draw();
+    const form = questionIn(row, "form", { "aria-label": t("map-card.rename_name", { name }) });
+    const no = make("button.button", { type: "button" }, t("map-card.leave_it"));
+    no.addEventListener("click", () => {
+      form.remove();
+      leave();
+    });
+    form.append(field, make("button.button.primary", { type: "submit" }, t("map-card.rename")), no);
+    onSubmit(form, () => {
+      const to = field.value.trim();
+      form.remove();
+      if (to === name) return leave();
+      void this.#try(async () => {
+        await maps.rename(name, to);
+        await this.#fetch();
+      });
+    });
+    field.select();
+    form.scrollIntoView({ block: "nearest" });
   }
 
   /** @param {() => Promise<unknown>} act */

@@ -94,7 +94,11 @@ class PlaceList extends Panel {
 
 /** A button that asks once more. @param {string} name @param {() => unknown} remove */
 export function remover(name, remove) {
-  const away = make("button.button.plain", { "aria-label": t("place-list.remove_name", { name }) }, t("place-list.remove"));
+  const away = make(
+    "button.button.plain",
+    { "aria-label": t("place-list.remove_name", { name }) },
+    t("place-list.remove"),
+  );
   away.addEventListener("click", () => sure(away, t("place-list.remove_it")) && remove());
   return away;
 }

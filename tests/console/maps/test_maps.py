@@ -20,6 +20,7 @@ import pytest
 
 from console.control.history import History
 from console.control.lease import Lease
+from console.http.problems import Problem
 from console.maps.export import known_part, preview
 from console.maps.marks import EditMark, MapMarks, PlaceMark, read_marks
 from console.maps.service import ITSELF, LAST_BUT_ONE, LAST_BUT_TWO, LAST_MAP, MapService
@@ -338,6 +339,27 @@ def test_the_map_in_use_is_replaced_by_no_other_that_is_kept(tmp_path: Path) -> 
         assert console.kept(LAST_BUT_ONE) == before and console.kept(LAST_BUT_TWO)[:2] == last[:2]
         await console.mark(places=DESK_MARKS)
         assert console.kept(LAST_BUT_ONE) == (*before[:2], MapMarks(places=DESK_MARKS))
+
+    in_use(work, tmp_path)
+
+
+def test_a_saved_map_is_called_otherwise_and_the_robot_goes_on_in_it(tmp_path: Path) -> None:
+    async def work(console: InUse) -> None:
+        maps = console.maps
+        await maps.save("Office", ITSELF, replace=False)
+        await console.mark(places=DESK_MARKS)
+        saved = console.kept("Office")
+        assert (await maps.rename("office", "First  floor", ITSELF)).name == "First floor" == maps.shown.name
+        assert console.kept("First floor") == saved and console.store.find("Office") is None
+        await maps.rename("First floor", "first Floor", ITSELF)
+        assert console.kept("first Floor") == saved and maps.shown.name == "first Floor"
+        await maps.save("Lab", ITSELF, replace=False)
+        for name, wrong in (("LAB", Problem), ("a/b", BadInput)):
+            with pytest.raises(wrong):
+                await maps.rename("first Floor", name, ITSELF)
+        with pytest.raises(Problem, match="no saved map"):
+            await maps.rename("Office", "Hall", ITSELF)
+        assert {one.name for one in await maps.all()} == {"Lab", "first Floor"} and maps.shown.name == "Lab"
 
     in_use(work, tmp_path)
 
