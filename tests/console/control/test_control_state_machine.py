@@ -78,10 +78,15 @@ STORY_EVENTS: dict[str, tuple[Any, ...]] = {
     "bumper": (True,),
     "the_machine_slept": (),
     "the_link_is_lost": (True,),
+    "the_link_is_lost_for_a_moment": (),
     "hold_a_key": (ANN, 0.0, 0.3, True, 0, 0),
     "steer_the_route": (ANN, "stop", False),
 }
-WITHDRAWN_BY = {"hold_a_key": ("command", "route"), "steer_the_route": ("route",)}  # what they end of what drives
+WITHDRAWN_BY = {  # what they end of what drives
+    "the_link_is_lost_for_a_moment": ("command", "route"),
+    "hold_a_key": ("command", "route"),
+    "steer_the_route": ("route",),
+}
 PILOT_ENDING = Statement("pilot.strayed")
 people = st.sampled_from(ALL_PERSONS)
 speeds = st.sampled_from([-0.2, 0.0, 0.1, 0.3])
@@ -281,6 +286,9 @@ class AnyOrderOfThings(RuleBasedStateMachine):
             self.changed_s = self.clock.now
         assert not self.robot.gate.twist.moves
 
+    def withdraw_goals(self) -> None:
+        self.withdrawn |= {number for source, number in self.consents if source == "goal"}
+
     def judge(self, order: Setpoint) -> None:
         """The gate has accepted this."""
         if order.v or order.w:
@@ -338,7 +346,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
             epoch = max(self.lease.epoch + epoch, 0)
             self.dispatcher.drive(JogMessage(v=v, w=w, press=press, seq=self.seq, nonce=nonce, epoch=epoch), who)
             if v or w:
-                self.withdrawn |= {number for source, number in self.consents if source == "goal"}
+                self.withdraw_goals()
 
     @rule(who=people)
     def press_stop(self, who: Person) -> None:
@@ -525,12 +533,17 @@ class AnyOrderOfThings(RuleBasedStateMachine):
 
     @rule(lost=st.booleans())
     def the_link_is_lost(self, lost: bool) -> None:
-        self.step += 1
         self.robot.trouble = "The link is lost." if lost else ""
         if lost:
-            self.dispatcher.ended_without_pilot("The link to the robot was lost.")
+            self.the_link_is_lost_for_a_moment()
             self.robot.gate.stop(self.clock.now)  # as its silence does, a moment later
             self.ends(changes=True)
+
+    @rule()
+    def the_link_is_lost_for_a_moment(self) -> None:
+        self.step += 1
+        self.dispatcher.ended_without_pilot("The link to the robot was lost.")
+        self.withdraw_goals()
 
     # stories with a beginning
 
