@@ -81,11 +81,13 @@ STORY_EVENTS: dict[str, tuple[Any, ...]] = {
     "the_link_is_lost_for_a_moment": (),
     "hold_a_key": (ANN, 0.0, 0.3, True, 0, 0),
     "steer_the_route": (ANN, "stop", False),
+    "another_one_orders": (),
 }
 WITHDRAWN_BY = {  # what they end of what drives
     "the_link_is_lost_for_a_moment": ("command", "route"),
     "hold_a_key": ("command", "route"),
     "steer_the_route": ("route",),
+    "another_one_orders": (),
 }
 PILOT_ENDING = Statement("pilot.strayed")
 people = st.sampled_from(ALL_PERSONS)
@@ -499,10 +501,10 @@ class AnyOrderOfThings(RuleBasedStateMachine):
 
     @rule()
     def the_gate_is_started_again(self) -> None:
-        self.step += 1
+        self.the_link_is_lost(lost=True)
         self.robot.start_gate_again(halted=self.halted)
         self.nonces = [self.robot.gate.status().nonce]
-        self.ends()
+        self.the_link_is_lost(lost=False)
 
     @rule(drives=st.booleans())
     def the_console_is_started_again(self, drives: bool) -> None:
@@ -531,6 +533,9 @@ class AnyOrderOfThings(RuleBasedStateMachine):
         with self.done_by():
             self.robot.gate.touch(contact, self.clock.now)
 
+    def another_one_orders(self) -> None:
+        self.say(BOB, "turn right", "typed", 0.0)
+
     @rule(lost=st.booleans())
     def the_link_is_lost(self, lost: bool) -> None:
         self.robot.trouble = "The link is lost." if lost else ""
@@ -553,11 +558,14 @@ class AnyOrderOfThings(RuleBasedStateMachine):
         ticks=st.integers(0, 12),
         heard_by=st.sampled_from(["", "voice", "ears", "file"]),
         after=st.sampled_from([20, 200]),
+        waits=st.booleans(),
     )
-    def drive_until_something_happens(self, what: str, event: str, ticks: int, heard_by: str, after: int) -> None:
+    def drive_until_something_happens(
+        self, what: str, event: str, ticks: int, heard_by: str, after: int, waits: bool
+    ) -> None:
         """Ann drives at last; then something ends it, and nobody does anything while time goes on.
 
-        `heard_by`: what is understood only now was said before that.
+        `heard_by`: what is understood only now was said before that; `waits`: a route is at a stop at which it waits.
         """
         self.be_ready()
         if what == "key":
@@ -569,6 +577,8 @@ class AnyOrderOfThings(RuleBasedStateMachine):
         self.go_on(4 + ticks, holds=what == "key")
         drove, ended, withdrawn = self.robot.gate.twist.moves, self.ended_step, len(self.withdrawn)
         self.reached[what] += drove
+        if what == "route" and waits:
+            self.arrive_and_wait()
         getattr(self, event)(*STORY_EVENTS[event])
         self.reached[event] += drove and (self.ended_step > ended or len(self.withdrawn) > withdrawn)
         if self.pilot.told:
@@ -576,6 +586,14 @@ class AnyOrderOfThings(RuleBasedStateMachine):
         if heard_by:
             self.say(ANN, "turn left", heard_by, 0.4)
         self.go_on(after, holds=what == "key")
+
+    def arrive_and_wait(self) -> None:
+        for _ in LOOP_ROUTE.stops[:2]:
+            self.the_pilot_reports(100, "done", touched=False)
+            self.follow(0, Twist(0.0, 0.0), self.nonces[-1])
+            self.time_passes(2, beats=True, scans=True, drives=True)
+        run = self.routes.run_now
+        self.reached["waits"] += run is not None and run.state == "waiting"
 
     def go_on(self, ticks: int, *, holds: bool) -> None:
         """Nobody does anything, but that Ann holds the key that she pressed."""
@@ -632,10 +650,11 @@ def test_the_stories_reached_what_they_are_about() -> None:
     story.reached.clear()
     for what in ("command", "key", "route"):
         for event in STORY_EVENTS:
-            story.drive_until_something_happens(what, event, 3, "", 20)  # type: ignore[operator]
-    story.teardown()
-    assert {what: story.reached[what] for what in ("command", "key", "route")} == dict.fromkeys(
-        ("command", "key", "route"), len(STORY_EVENTS)
-    )
+            story.drive_until_something_happens(what, event, 3, "", 20, waits=False)  # type: ignore[operator]
+    assert [story.reached[what] for what in ("command", "key", "route")] == 3 * [len(STORY_EVENTS)]
     expected = {event: len(WITHDRAWN_BY.get(event, ("command", "key", "route"))) for event in STORY_EVENTS}
     assert {event: story.reached[event] for event in STORY_EVENTS} == expected
+    for event in STORY_EVENTS:
+        story.drive_until_something_happens("route", event, 3, "", 20, waits=True)  # type: ignore[operator]
+    assert story.reached["waits"] == len(STORY_EVENTS)
+    story.teardown()
