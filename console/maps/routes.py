@@ -534,7 +534,7 @@ class RouteService(Part):
         words = f"{run.state} {run.route.name} at stop {run.stop + 1} of {len(run.route.stops)}"
         self._history.add("route", run.owner, words=words, remark=run.reason)
         level = "info" if code_of(run.reason).code in EXPECTED_ENDS else "warning"
-        self._notifications.tell(level, f"Route “{run.route.name}”: {run.reason}", "route")
+        self._notifications.tell(level, Statement("routes.tells", name=run.route.name, why=run.reason), "route")
         self._keep()
 
     def _note(self, run: RouteRun, state: str, remark: str, at: int | None = None, picture: str = "") -> None:

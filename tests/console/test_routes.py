@@ -24,7 +24,7 @@ from console.maps.routes import FILE, LOST, LOW, RouteRun, RouteService, seconds
 from console.speech.robot_voice import RobotVoice
 from core.pilot import Pilot
 from core.sensors import SensorFrame
-from core.sentences import Statement
+from core.sentences import Statement, code_of
 from core.slam.map.status import LostStatus
 from core.snapshot import Snapshot
 from tests.console.live import MORE, Live
@@ -296,6 +296,8 @@ def test_a_slow_disk_holds_no_route_and_gets_the_newest(live: Live, monkeypatch:
     live.until(lambda: any(row.v > 0.0 for row in rows[first:]))
     call(live, "POST", "/api/route/pause", {})
     call(live, "POST", "/api/route/stop", {})
+    told = live.runtime.notifications.shown[-1].text
+    assert told == Statement("routes.tells", name="patrol", why="Ended by operator.") and code_of(told).code
     assert not written
     free.set()
     live.until(lambda: service._writing is None)

@@ -94,5 +94,6 @@ test("a sentence without its code is known by its words, with what stands in the
   const german =
     "Halten Sie die Tafel ganz nah, im Bild oben links, die Kante links um etwa 50 Grad nach hinten gekippt.";
   assert.equal(inLanguage(advice), german);
+  assert.equal(inLanguage("Route “round”: Paused by Ann."), "Route „round“: Angehalten von Ann.");
   assert.equal(inLanguage("Nobody wrote this sentence."), "Nobody wrote this sentence.");
 });
