@@ -200,6 +200,8 @@ def paused_in_the_status_line(here: Visit) -> None:
     assert len(rows) == 2 and rows[0] == rows[1], "Pause and Cancel stand beside each other"
     pill.get_by_role("button", name="Pause").click()
     expect(pill).to_contain_text("round paused; next goal: desk")
+    here.say("trun left")
+    expect(pill.locator(".status-remark")).to_contain_text("refused. I know no such command")
     pill.get_by_role("button", name="Go on").click()
     expect(pill).to_contain_text("round waits at desk")
 

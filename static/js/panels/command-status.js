@@ -160,7 +160,7 @@ class CommandStatus extends Panel {
     const late = line.state === "refused" ? (state?.late_command ?? null) : null;
     if (late && permission.may !== "no") this.#offerLate(line, late);
     else if (permission.held && refused && !offered.length) this.#offerControl(line, state?.lease.asked_by ?? "");
-    else if (route?.state === "paused")
+    else if (route?.state === "paused" && line.state !== "refused")
       this.#show({ ...line, icon: "pause", words: routeWords(route), remark: route.reason, state: "paused" });
     else if (route && ["", "running", "done"].includes(line.state))
       this.#show({ ...line, icon: "running", words: routeWords(route), remark: route.reason, state: "running" });
