@@ -525,7 +525,8 @@ class MapService(Part):
             return
 
         def write() -> None:
-            kept = self._store.find(name)
+            self._check_in_use(number)
+            kept = self._store.find(self._name or name)  # it may have another one by now
             if kept is None:
                 raise FileNotFoundError(name)
             with saving("The places could not be saved, and nothing was changed"):
@@ -535,13 +536,14 @@ class MapService(Part):
 
     async def _keep_redrawn(self) -> None:
         """The pictures of the saved map that is in use show its newest edits from now on."""
-        redrawn, self._redrawn, name, number = self._redrawn, False, self._name, self._maps_used
-        if redrawn and name is not None:
+        redrawn, self._redrawn, number = self._redrawn, False, self._maps_used
+        if redrawn and self._name is not None:
             try:
                 async with self._turn:
-                    await self._write(name, ITSELF, number, replace=True)
+                    if self._name is not None:  # it may have another name by now, or none
+                        await self._write(self._name, ITSELF, number, replace=True)
             except BaseException:
-                self._redrawn |= name == self._name
+                self._redrawn |= number == self._maps_used
                 raise
             self._revision += 1
 

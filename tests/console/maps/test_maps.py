@@ -417,6 +417,23 @@ def test_a_map_that_is_loaded_while_another_is_written_keeps_its_own_name(
     in_use(work, tmp_path)
 
 
+def test_a_map_that_is_renamed_before_it_is_written_again_is_written_under_its_new_name(tmp_path: Path) -> None:
+    async def work(console: InUse) -> None:
+        maps = console.maps
+        await maps.save("lab", ITSELF, replace=False)
+        maps._redrawn = True
+        async with maps._turn:
+            doing = [asyncio.create_task(maps.rename("lab", "shop", ITSELF))]
+            await asyncio.sleep(0.2)
+            doing += [asyncio.create_task(maps._keep_redrawn()), asyncio.create_task(console.mark(places=DESK_MARKS))]
+            await asyncio.sleep(0.05)
+        await asyncio.gather(*doing)
+        assert [kept.card.name for kept in console.store.all()] == ["shop"]
+        assert console.kept("shop")[2].places == DESK_MARKS
+
+    in_use(work, tmp_path)
+
+
 def test_marks_that_cannot_be_written_leave_nothing_of_each_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
