@@ -537,15 +537,16 @@ class MapService(Part):
     async def _keep_redrawn(self) -> None:
         """The pictures of the saved map that is in use show its newest edits from now on."""
         redrawn, self._redrawn, number = self._redrawn, False, self._maps_used
-        if redrawn and self._name is not None:
-            try:
-                async with self._turn:
-                    if self._name is not None:  # it may have another name by now, or none
-                        await self._write(self._name, ITSELF, number, replace=True)
-            except BaseException:
-                self._redrawn |= number == self._maps_used
-                raise
-            self._revision += 1
+        if not redrawn:
+            return
+        try:
+            async with self._turn:
+                if self._name is not None:  # under the name that it has by now
+                    await self._write(self._name, ITSELF, number, replace=True)
+                    self._revision += 1
+        except BaseException:
+            self._redrawn |= number == self._maps_used
+            raise
 
     def _set_marks(self, marks: MapMarks) -> None:
         """These hold from now on, where the map is now: all parts know them at once."""
