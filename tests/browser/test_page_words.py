@@ -222,6 +222,7 @@ def test_there_is_a_button_for_every_command_that_moves_or_stops_and_numbers_are
     known = console.ask("api/commands")["commands"]
     expect(here.find(".chips .chip")).to_have_count(sum(each["name"] != "start" for each in known))
     chip = here.find('.chips [data-command="continue"]')
+    here.page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")  # laid out
     if not chip.is_visible():  # by the width of this machine's letters
         here.button("more").click()
     chip.click()
