@@ -112,12 +112,14 @@ class FleetRouter:
         while True:
             await asyncio.sleep(LOOK_PERIOD_S)
             self.table.tick(time.monotonic())
-            if await asyncio.to_thread(lambda: self._authority.changed) != self._known:
-                try:
+            try:
+                if await asyncio.to_thread(lambda: self._authority.changed) != self._known:
                     await self._restart()
-                    self._listen_trouble = ""
-                except (BadInput, Unavailable) as why:
-                    self._listen_trouble = str(why)
+                self._listen_trouble = ""
+            except (BadInput, Unavailable) as why:
+                self._listen_trouble = str(why)
+            except OSError as trouble:  # stops are repeated all the same
+                self._listen_trouble = Statement("fleet.certificates_unread", why=trouble.strerror or "disk")
             self._repeat(time.monotonic())
 
     async def close(self) -> None:

@@ -335,6 +335,28 @@ def test_a_halt_that_is_reset_while_it_is_written_is_not_on_the_disk(
     run(work())
 
 
+def test_stops_are_repeated_while_the_list_of_certificates_cannot_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unread(_: Authority) -> float:
+        raise PermissionError(13, "Permission denied")
+
+    async def work() -> None:
+        router = RouterAlone(tmp_path).router
+        router._known = router._authority.changed
+        repeated: list[float] = []
+        monkeypatch.setattr(router, "_repeat", repeated.append)
+        with monkeypatch.context() as patch:
+            patch.setattr(Authority, "changed", property(unread))
+            running = asyncio.create_task(router.run())
+            await until(lambda: len(repeated) > 1)
+            assert "Permission denied" in router.trouble
+        await until(lambda: not router.trouble)
+        running.cancel()
+
+    run(work())
+
+
 @pytest.mark.parametrize(("content", "halts"), [(None, False), (b"{", True)])
 def test_a_halt_that_cannot_be_read_is_a_halt(tmp_path: Path, content: bytes | None, halts: bool) -> None:
     if content is not None:
