@@ -238,6 +238,15 @@ def test_there_is_a_button_for_every_command_that_moves_or_stops_and_numbers_are
     here.page.keyboard.press("Escape")
 
 
+def test_come_here_is_in_sight_at_every_width_though_its_note_may_have_no_room(visit: Open) -> None:
+    here = visit()
+    chip = here.find('.chips [data-command="come_here"]')
+    for width, height in ((1440, 900), (1280, 800), (1024, 768), (820, 1180), (390, 844)):
+        here.page.set_viewport_size({"width": width, "height": height})
+        here.page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        expect(chip).to_be_visible()
+
+
 def test_the_first_hints_notice_what_was_done(visit: Open, console: Running) -> None:
     here = visit(hints=True)
     hint = here.find(".coach")

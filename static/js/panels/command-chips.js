@@ -70,13 +70,17 @@ class CommandChips extends Panel {
     if (all) over?.focus();
   }
 
-  /** Hide what has no room; *more* shows it. */
+  /** Hide what has no room, a chip's note before the chip; *more* shows it. */
   #fit() {
     const chips = /** @type {HTMLElement[]} */ ([...this.#chips.children]);
     if (this.hasAttribute("data-spread")) return;
     this.#more.hidden = false;
-    const low = this.#chips.getBoundingClientRect().bottom + 1;
-    for (const chip of chips) mark(chip, "data-over", chip.getBoundingClientRect().bottom > low);
+    for (const tight of [false, true]) {
+      mark(this, "data-tight", tight);
+      const low = this.#chips.getBoundingClientRect().bottom + 1;
+      for (const chip of chips) mark(chip, "data-over", chip.getBoundingClientRect().bottom > low);
+      if (!this.#chips.querySelector("[data-over] .chip-note")) break;
+    }
     this.#more.hidden = !chips.some((chip) => chip.hasAttribute("data-over"));
   }
 
