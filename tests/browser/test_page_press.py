@@ -128,9 +128,18 @@ def test_a_dialog_says_that_it_saves(visit: Open, console: Running) -> None:
     here.open_tab("Places")
     here.button("Remember this place").click()
     here.find("place-sheet #place-name").fill("slow one")
-    here.page.route("**/api/places", lambda route: (time.sleep(HELD_S), route.continue_()))
+    held_back: list[Route] = []
+
+    def hold(route: Route) -> None:
+        if route.request.method == "POST":
+            held_back.append(route)
+        else:
+            route.continue_()
+
+    here.page.route("**/api/places", hold)
     here.find("place-sheet [type=submit]").click()
     expect(here.find("place-sheet [type=submit]")).to_have_text("Saving…")
     expect(here.find("place-sheet [type=submit]")).to_be_disabled()
+    held_back[0].continue_()
     expect(here.find("place-list li")).to_contain_text("slow one")
     console.ask("api/places/slow%20one", method="DELETE")

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-import time
 from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Route, expect
 
 from tests.browser.running_console import Running
 from tests.browser.visit import DESK, PATIENCE, PHONE, Visit
@@ -79,10 +78,14 @@ def test_a_picture_of_the_turning_robot_costs_the_page_less_than_a_twentieth_of_
 
 def test_a_press_in_the_rail_shows_at_once_while_its_page_comes(visit: Open) -> None:
     here = visit()
-    here.page.route("**/connect/main.js", lambda route: (time.sleep(1.0), route.continue_()))
+    held_back: list[Route] = []
+    here.page.route("**/connect/main.js", lambda route: held_back.append(route))
     open_page(here, "Connect")
     link = here.page.get_by_role("link", name="Connect", exact=True)
-    assert link.get_attribute("data-opening") == "" and link.get_attribute("aria-current") is None
+    expect(link).to_have_attribute("data-opening", "")
+    assert link.get_attribute("aria-current") is None
+    here.until(lambda: held_back, "its module is asked for")
+    held_back[0].continue_()
     expect(link).to_have_attribute("aria-current", "page")
     assert link.get_attribute("data-opening") is None
 
