@@ -123,6 +123,8 @@ def page(report: dict[str, Any]) -> str:
                 f"{entry['trials']} | {entry['load']:g} | {entry['date']} |"
             )
             start = "| | | | "
+        if row.instead and states[row.row] != "holds":
+            lines.append(f"{start}| | What protects instead: {row.instead} | | | | |")
     return "\n".join(lines) + "\n"
 
 
