@@ -205,7 +205,7 @@ def test_who_may_not_drive_because_another_does_asks_or_takes_over_right_there(
     first.find("lease-chip button").first.click()
     first.button("Take control").click()
     status = second.find("command-status")
-    expect(status).to_contain_text("drives. Press the wheel.")
+    expect(status).to_contain_text("drives. Press the wheel above.")
     status.get_by_role("button", name="Ask for control").click()
     expect(status.get_by_role("button", name="Ask for control")).to_be_disabled()
     banner = first.find(".banner").filter(has_text="asks for control")

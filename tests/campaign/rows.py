@@ -491,8 +491,8 @@ ROWS = (
         ),
         (measure.long_life,),
         size="weekly",
-        instead="a process that the system ends for want of memory ends as in R34: the robot stands, nothing that was "
-        "acknowledged is lost, and all is up again within 5 s; `/metrics` tells the memory of each process",
+        instead="a process that the system ends for want of memory ends as in R34: the robot stands, nothing that "
+        "was acknowledged is lost, and all is up again within 5 s; `/metrics` tells the memory of the console",
     ),
     CampaignRow("R44", "page left open", "heap grows at most 5 MB an hour", (), (measure.long_page,), size="hours"),
     CampaignRow(
