@@ -147,6 +147,10 @@ class Visit:
         """Let time pass, the page's too."""
         self.page.wait_for_timeout(seconds * 1000)
 
+    def laid_out(self) -> None:
+        """Wait until the page was drawn as it is now."""
+        self.page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
     def until(self, is_so: Callable[[], Any], what: str, patience: float = PATIENCE) -> float:
         """Wait until it is so → how long it took [s]."""
         begun = time.monotonic()

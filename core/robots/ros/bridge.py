@@ -129,9 +129,7 @@ class RosSensors:
         self._info: Any | None = None
         self._heard: set[str] = set()  # topics of which something could be used
         self._sound_end = 0.0
-        self._battery_scale = (
-            1.0  # of what is said of it; 0.01 from when more than 1 was said: by then it is per cent
-        )
+        self._battery_scale = 1.0  # of a reading → share; 0.01 once one was above 1, which is then in per cent
         self.place: Pose | None = None  # by its odometry; None: none came yet
         self._rolled: tuple[float, Pose] | None = None  # by speeds, of an odometry without heading: stamp [s], place
         self._faults: list[Fault] = []

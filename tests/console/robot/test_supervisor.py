@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import errno
 import json
 import math
@@ -490,22 +491,23 @@ def test_a_sleep_of_the_machine_stops_and_what_is_replaced_after_it_is_not_count
     robot = Sleeping("tiny:", home=tmp_path)
     told: list[str] = []
     robot.alarm = told.append
-    robot.start()
-    robot.arm(1, "ann")
-    operator = Operator(robot)
-    for _ in range(4):
-        operator.get_going()
-        robot.slept += 10.0
-        until(lambda: robot.status().v == 0.0, 1.0)
-        assert "slept for 10 s" in told[-1]
-        lost = robot.pids["gate"]
-        os.kill(lost, signal.SIGKILL)
-        until(lambda lost=lost: robot.pids.get("gate") not in (lost, None) and robot.status().nonce > 0)
-        assert robot.trouble == "" and robot.status().state == "disarmed"
+    with contextlib.ExitStack() as held:
+        held.callback(robot.close)
+        robot.start()
         robot.arm(1, "ann")
-        operator.press += 1
-    operator.leave()
-    robot.close()
+        operator = Operator(robot)
+        held.callback(operator.leave)
+        for _ in range(4):
+            operator.get_going()
+            robot.slept += 10.0
+            until(lambda: robot.status().v == 0.0, 1.0)
+            assert "slept for 10 s" in told[-1]
+            lost = robot.pids["gate"]
+            os.kill(lost, signal.SIGKILL)
+            until(lambda lost=lost: robot.pids.get("gate") not in (lost, None) and robot.status().nonce > 0)
+            assert robot.trouble == "" and robot.status().state == "disarmed"
+            robot.arm(1, "ann")
+            operator.press += 1
 
 
 @pytest.mark.parametrize(
