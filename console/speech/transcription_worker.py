@@ -12,7 +12,7 @@ from core.sensors.microphones import Sound
 from core.sentences import code_of
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import ActiveEngine, chosen, open_engine, open_keyword_spotter
-from core.speech.recognition.recognizer import KeywordSpotter, LearnsPhrases, at_16_khz
+from core.speech.recognition.recognizer import KeywordSpotter, LearnsPhrases, Rests, at_16_khz
 from core.speech.settings import SpeechSettings
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import RejectedCommands, Transcriber
@@ -84,6 +84,11 @@ class TranscriptionWorker:
     def read_so_far(self, _: ReadSoFar) -> str:
         assert self._transcriber is not None
         return self._transcriber.words_so_far()
+
+    def rest(self) -> None:
+        """Nobody has spoken for a while: give back the engine's numbers."""
+        if self._engine is not None and isinstance(self._engine[1].recognizer, Rests):
+            self._engine[1].recognizer.rest()
 
     def finish(self, _: FinishListening) -> list[ReadUtterance]:
         assert self._transcriber is not None

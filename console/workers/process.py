@@ -5,16 +5,19 @@ sounds of strangers are decoded here and nowhere else. A worker needs neither fi
 its answers with their types, so that it never has to trust them.
 """
 
+from __future__ import annotations
+
 import contextlib
 import os
 import resource
+import select
 import signal
 import socket
 import sys
 from importlib import import_module
 from pathlib import Path
 from traceback import format_exception
-from typing import Any, Union
+from typing import Any, Protocol, Union, runtime_checkable
 
 import msgspec
 
@@ -31,6 +34,7 @@ from console.workers.job import (
 )
 from core.errors import BeckonError
 from core.gate.scheduling import stand_back
+from core.heap import give_back
 from core.sentences import code_of
 
 MOST_BYTES = 2**30  # of address space
@@ -38,6 +42,7 @@ MORE_BYTES = {"probe": 2**33, "maps": 2**32}  # whose libraries reserve much for
 MOST_PIXELS = 2**25  # that OpenCV's own readers may announce
 NICE_LEVEL = 5
 MOST_EXPENDABLE = 800  # of 1000, when memory runs out
+REST_S = 20.0  # without a job, until a worker gives back what it can read again
 FAULT = "Something went wrong inside Beckon; nothing was lost. The log says more."
 
 WORKERS = {
@@ -66,9 +71,18 @@ def main() -> None:
         most = MORE_BYTES.get(given["worker"], MOST_BYTES)
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
     with contextlib.suppress(ConnectionError), socket.socket(fileno=int(given["pipe"])) as pipe:
-        pipe.sendall(packed(JobResult(None)))
-        while (raw := receive(pipe)) is not None:
-            pipe.sendall(jobs.done(raw))
+        work(jobs, pipe)
+
+
+def work(jobs: JobTable, pipe: socket.socket) -> None:
+    """Say that this is ready, and do what comes; what nothing is asked of for a while, rests."""
+    pipe.sendall(packed(JobResult(None)))
+    while True:
+        if not select.select([pipe], [], [], REST_S)[0]:
+            jobs.rest()
+        if (raw := receive(pipe)) is None:
+            return
+        pipe.sendall(jobs.done(raw))
 
 
 def restrain() -> None:
@@ -81,11 +95,27 @@ def restrain() -> None:
         Path("/proc/self/oom_score_adj").write_text(str(MOST_EXPENDABLE))
 
 
+@runtime_checkable
+class Rests(Protocol):
+    """A worker that holds what it can read again."""
+
+    def rest(self) -> None:
+        """Give it back: no job has come for a while."""
+        ...
+
+
 class JobTable:
     def __init__(self, worker: object) -> None:
+        self._worker = worker
         self._handlers = dict(handlers_of(worker))
         every: Any = Union[tuple(self._handlers)]  # noqa: UP007
         self._decoder: msgspec.msgpack.Decoder[JobRequest[Job[Any]]] = decoder(JobRequest[every])
+
+    def rest(self) -> None:
+        """Take as little memory as the worker can do with until the next job."""
+        if isinstance(self._worker, Rests):
+            self._worker.rest()
+        give_back()
 
     def done(self, raw: bytes) -> bytes:
         """One job → its answer, or the sentence that says why not."""

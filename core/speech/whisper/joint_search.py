@@ -115,6 +115,10 @@ class JointSearch:
             scores = decoding.advance(parents, tokens)
         return beam.found()
 
+    def rest(self) -> None:
+        """Forget the decoder's numbers until they are needed."""
+        self._decoder.rest()
+
     def begin_of(self, text: ScoredText, words: Iterable[str]) -> tuple[int, ...]:
         """Return the columns of that one of some words, in small letters, with which a text begins; (): with none."""
         begins = (text.columns[:count] for count in range(1, len(text.columns)))
@@ -249,7 +253,7 @@ def by_chance(
     `texts`: columns of the decoder, each at least one; `begin` and `end`: those around every text; `first`: how many
     columns are written at all, None: all.
     """
-    return written(decoder.begin(np.zeros((1, decoder.embeddings.shape[1]), np.float32), first), begin, end, texts)
+    return written(decoder.begin(np.zeros((1, decoder.width), np.float32), first), begin, end, texts)
 
 
 def written(decoding: Decoding, begin: tuple[int, ...], end: int, texts: Sequence[Sequence[int]]) -> Array:

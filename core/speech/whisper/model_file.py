@@ -1,10 +1,14 @@
 """Read a model of CTranslate2 (`model.bin`, version 6) without trusting one length in it.
 
+The file stays mapped: numbers in the file's own type are read where they lie, and take no memory of the process.
+
 Little-endian: u32 version; string; u32 revision; u32 count; of each variable its name, u8 rank, u32 × rank shape,
 u8 type, u32 bytes and the values; then u32 aliases, two strings each. A string is u16 length, bytes, a closing zero.
 """
 
+import contextlib
 import math
+import mmap
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -81,7 +85,7 @@ class _Head:
 
 
 class ModelFile:
-    """The variables of a Whisper model by name. Only those that are asked for are read, one at a time."""
+    """The variables of a Whisper model by name. Only those that are asked for are read."""
 
     def __init__(self, path: Path) -> None:
         """Read the head of every variable. Raises BadInput."""
@@ -89,15 +93,21 @@ class ModelFile:
         try:
             with path.open("rb") as file:
                 self._variables = _variables(_Head(file, path.name))
+                self._bytes = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         except OSError as trouble:
             raise BadInput(f"The speech model {path.name!r} cannot be read ({trouble.strerror}).") from None
+
+    def rest(self) -> None:
+        """Leave what was read to the system's cache of files; whoever reads it again finds it there."""
+        with contextlib.suppress(AttributeError, OSError):  # not on every system
+            self._bytes.madvise(mmap.MADV_DONTNEED)
 
     def get(self, name: str, *shape: int | None) -> Array:
         """Return a variable as finite 32-bit floats; None in `shape`: any size. Raises BadInput."""
         return self._finite(name, self._raw(name, *shape).astype(np.float32))
 
     def get_compact(self, name: str, *shape: int | None) -> Array:
-        """Return a variable as finite floats of the file's own type. Raises BadInput."""
+        """Return a variable as finite floats of the file's own type, to be read where they lie. Raises BadInput."""
         return self._finite(name, self._raw(name, *shape))
 
     def rows(self, name: str, rows: Array, *shape: int | None) -> Array:
@@ -123,12 +133,9 @@ class ModelFile:
                 f"{self._path.name!r} is no usable speech model: {name!r} is missing or has another shape or type. "
                 "It must be an English-only Whisper model in float16 or float32."
             )
-        with self._path.open("rb") as file:
-            file.seek(found.begin)
-            raw = file.read(found.size)
-        if len(raw) != found.size:
+        if found.begin + found.size > len(self._bytes):
             raise BadInput(f"{self._path.name!r} changed while it was read. Try again.")
-        return np.frombuffer(raw, found.kind).reshape(found.shape)
+        return np.frombuffer(self._bytes, found.kind, math.prod(found.shape), found.begin).reshape(found.shape)
 
     def _finite(self, name: str, values: Array) -> Array:
         if not np.isfinite(values).all():

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -181,15 +182,48 @@ class Encoder:
         return self._norm(x)
 
 
+@dataclass(frozen=True)
+class DecoderWeights:
+    """All numbers of a decoder, in 32-bit floats but for those that are used once in an utterance."""
+
+    embeddings: Array  # (V, width)
+    positions: Array  # (448, width)
+    layers: tuple[DecoderLayer, ...]
+    norm: Norm
+
+    @classmethod
+    def of(cls, model: ModelFile, width: int, tokens: Array) -> DecoderWeights:
+        """Read them; `tokens` (V,): those that may be written. Raises BadInput where a weight is missing."""
+        layers = range(model.layers("decoder"))
+        weights = cls(
+            model.rows("decoder/embeddings/weight", tokens, TOKEN_COUNT, width),
+            model.get("decoder/position_encodings/encodings", MAX_TOKENS, width),
+            tuple(_decoder_layer(model, f"decoder/layer_{i}", width) for i in layers),
+            _norm(model, "decoder", width),
+        )
+        model.rest()  # rows of a table lie all over the file
+        return weights
+
+
 class Decoder:
     """Tokens so far and what was heard → what comes next."""
 
     def __init__(self, model: ModelFile, width: int, tokens: Array) -> None:
         """`tokens` (V,): those that it may write, counted from 0 here. Raises BadInput where a weight is missing."""
-        self.embeddings = model.rows("decoder/embeddings/weight", tokens, TOKEN_COUNT, width)  # (V, width)
-        self.positions = model.get("decoder/position_encodings/encodings", MAX_TOKENS, width)
-        self.layers = [_decoder_layer(model, f"decoder/layer_{i}", width) for i in range(model.layers("decoder"))]
-        self.norm = _norm(model, "decoder", width)
+        self.width = width
+        self._read = partial(DecoderWeights.of, model, width, tokens)
+        self._weights: DecoderWeights | None = self._read()
+
+    @property
+    def weights(self) -> DecoderWeights:
+        """Return the numbers, read again after a rest."""
+        if self._weights is None:
+            self._weights = self._read()
+        return self._weights
+
+    def rest(self) -> None:
+        """Forget the numbers until they are needed: 50 MB of Whisper tiny.en, which are back in 15 ms."""
+        self._weights = None
 
     def begin(self, heard: Array, first: int | None = None) -> Decoding:
         """Begin to write down what was heard (T, width), with the first so many of the tokens; None: with all."""
@@ -200,11 +234,11 @@ class Decoding:
     """Rows of tokens that grow together, over one sound."""
 
     def __init__(self, decoder: Decoder, heard: Array, first: int | None = None) -> None:
-        self._decoder = decoder
-        self._written = decoder.embeddings[:first].T
+        self._weights = decoder.weights
+        self._written = self._weights.embeddings[:first].T
         self._sound = [
             tuple(heads(part) for part in np.split(layer.cross.stacked(heard), 2, axis=-1))
-            for layer in decoder.layers
+            for layer in self._weights.layers
         ]
         self._caches: list[tuple[Array, Array]] = []
         self._length = 0
@@ -235,13 +269,13 @@ class Decoding:
 
     def _step(self, tokens: Array) -> Array:
         """Tokens (rows, T) → scores of what follows the last of each row, (rows, V)."""
-        decoder, (rows, count) = self._decoder, tokens.shape
-        places = np.tile(decoder.positions[self._length : self._length + count], (rows, 1))
-        x = decoder.embeddings[tokens.reshape(-1)] + places  # flat, for products of two matrices: a third faster
+        weights, (rows, count) = self._weights, tokens.shape
+        places = np.tile(weights.positions[self._length : self._length + count], (rows, 1))
+        x = weights.embeddings[tokens.reshape(-1)] + places  # flat, for products of two matrices: a third faster
         self._length += count
         mask = np.triu(np.full((count, count), -np.inf, np.float32), 1) if count > 1 else None
         caches: list[tuple[Array, Array]] = []
-        for i, layer in enumerate(decoder.layers):
+        for i, layer in enumerate(weights.layers):
             stacked = layer.attention.stacked(layer.attention.norm(x)).reshape(rows, count, -1)
             query, key, value = map(heads, np.split(stacked, 3, axis=-1))
             if self._caches:
@@ -257,7 +291,7 @@ class Decoding:
             x = x + layer.cross.out(joined(looks @ value))
             x = x + layer.feed(x)
         self._caches = caches
-        return decoder.norm(x[count - 1 :: count]) @ self._written
+        return weights.norm(x[count - 1 :: count]) @ self._written
 
 
 def _convolution(model: ModelFile, name: str, outputs: int, inputs: int) -> Linear:

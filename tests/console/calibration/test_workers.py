@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
+import socket
 import threading
 import time
 from collections.abc import Awaitable, Callable
@@ -18,8 +19,19 @@ import pytest
 
 from console.calibration.jobs import StraightenPicture
 from console.people.worker import LearnPerson
+from console.workers import process
 from console.workers.child_process import ChildProcess
-from console.workers.job import Job, answer_decoder, answer_type, decoder, handlers_of, plain
+from console.workers.job import (
+    Job,
+    JobRequest,
+    JobResult,
+    answer_decoder,
+    answer_type,
+    decoder,
+    handlers_of,
+    packed,
+    plain,
+)
 from console.workers.process import WORKERS, JobTable
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, Unavailable
@@ -57,6 +69,41 @@ def test_a_worker_is_modest_and_does_what_it_is_asked() -> None:
         assert int(Path(f"/proc/{worker.pid}/oom_score_adj").read_text()) > 0
 
     working(work)
+
+
+class Rested(Job[int], frozen=True):
+    """How often have you rested?"""
+
+
+class Sleeper:
+    def __init__(self) -> None:
+        self.rests = 0
+        self.rested = threading.Event()
+
+    def rest(self) -> None:
+        self.rests += 1
+        self.rested.set()
+
+    def tell(self, _: Rested) -> int:
+        return self.rests
+
+
+def test_a_worker_of_which_nothing_is_asked_rests_once_and_then_does_what_comes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(process, "REST_S", 0.05)
+    ours, theirs = socket.socketpair()
+    sleeper = Sleeper()
+    with theirs:
+        thread = threading.Thread(target=process.work, args=(JobTable(sleeper), theirs))
+        thread.start()
+        with ours:
+            assert process.receive(ours)
+            assert sleeper.rested.wait(5.0)
+            ours.sendall(packed(JobRequest(Rested(), 1.0)))
+            answer = answer_decoder(Rested).decode(process.receive(ours) or b"")
+        thread.join(5.0)
+    assert answer == JobResult(1) and not thread.is_alive()
 
 
 def test_a_worker_of_a_console_that_comes_first_stands_back() -> None:

@@ -10,6 +10,7 @@ import pytest
 from scipy.special import erf
 
 from core.commands.routes import RESUME_ROUTE
+from core.heap import give_back
 from core.message import Array
 from core.navigation.places import NamedPlace
 from core.recording.sound_file import read_sound
@@ -511,3 +512,23 @@ def test_without_pocketsphinx_stop_is_spotted_before_the_sentence_is_over(shared
 @pytest.mark.parametrize("text", [">>", "You", " you.", "[Music]"])
 def test_what_whisper_writes_for_noise_is_not_said_back(text):
     assert decided({}, {text: -1.0}).reason == NO_COMMAND
+
+
+def test_after_a_rest_the_same_is_read_and_meanwhile_the_memory_is_free() -> None:
+    recognizer = whisper()
+    samples = 0.05 * np.random.default_rng(1).normal(size=RATE_HZ)
+    before = recognizer.search(samples)
+    awake = anonymous_mb()
+    recognizer.rest()
+    give_back()
+    resting = anonymous_mb()
+    assert resting < awake - 40
+    after = recognizer.search(samples)
+    assert after.free_text == before.free_text
+    assert [one.nats for one in after.free] == [one.nats for one in before.free]
+
+
+def anonymous_mb() -> float:
+    """Memory of this process that is not a file's."""
+    lines = Path("/proc/self/smaps_rollup").read_text().splitlines()
+    return sum(int(line.split()[1]) for line in lines if line.startswith("Anonymous:")) / 1024
