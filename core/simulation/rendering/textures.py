@@ -379,7 +379,7 @@ class WorldTextures:
 
     def __init__(self, world: World) -> None:
         self.walls, self.corner, self._bare, self.ceiling = _room(world)
-        self.floor = Mipmap([level.copy() for level in self._bare.images], self._bare.scale)
+        self.floor = self._bare  # the first shadow takes a copy
         self._shaded: list[tuple[Array, Array]] = []  # parts of the floor, and how they are when bare
         self._furniture: dict[tuple[str, float, float], Mipmap] = {}
 
@@ -402,6 +402,8 @@ class WorldTextures:
             part[:] = bare
         self._shaded.clear()
         placed = [solid for thing in world.things if not thing.fixed for solid in thing.solids if solid.bottom == 0.0]
+        if placed and self.floor is self._bare:
+            self.floor = Mipmap([level.copy() for level in self._bare.images], self._bare.scale)
         for level, (image, bare) in enumerate(zip(self.floor.images, self._bare.images, strict=True)):
             for solid in placed:
                 self._darken(image, bare, _plan(solid) - self.corner, self.floor.scale / 2**level)
