@@ -1,9 +1,19 @@
-"""The heap of the C library, which keeps what was freed for later. Where that is not glibc, nothing is done."""
+"""Memory that is given back. The C library keeps what was freed; where that is not glibc, nothing is done."""
 
 import contextlib
 import ctypes
+from typing import Protocol, runtime_checkable
 
 M_ARENA_MAX = -8  # of glibc's mallopt
+
+
+@runtime_checkable
+class Rests(Protocol):
+    """An object that can do without most of its memory while nothing is asked of it."""
+
+    def rest(self) -> None:
+        """Give back what can be read again."""
+        ...
 
 
 def share_arenas() -> None:

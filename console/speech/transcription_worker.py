@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar, ReadUtterance
-from core.heap import give_back
+from core.heap import Rests, give_back
 from core.navigation.places import NamedPlace
 from core.sensors.microphones import Sound
 from core.sentences import code_of
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import ActiveEngine, chosen, open_engine, open_keyword_spotter
-from core.speech.recognition.recognizer import KeywordSpotter, LearnsPhrases, Rests, at_16_khz
+from core.speech.recognition.recognizer import KeywordSpotter, LearnsPhrases, at_16_khz
 from core.speech.settings import SpeechSettings
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import RejectedCommands, Transcriber

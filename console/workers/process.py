@@ -17,7 +17,7 @@ import sys
 from importlib import import_module
 from pathlib import Path
 from traceback import format_exception
-from typing import Any, Protocol, Union, runtime_checkable
+from typing import Any, Union
 
 import msgspec
 
@@ -34,7 +34,7 @@ from console.workers.job import (
 )
 from core.errors import BeckonError
 from core.gate.scheduling import stand_back
-from core.heap import give_back
+from core.heap import Rests, give_back
 from core.sentences import code_of
 
 MOST_BYTES = 2**30  # of address space
@@ -93,15 +93,6 @@ def restrain() -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text(str(MOST_EXPENDABLE))
-
-
-@runtime_checkable
-class Rests(Protocol):
-    """A worker that holds what it can read again."""
-
-    def rest(self) -> None:
-        """Give it back: no job has come for a while."""
-        ...
 
 
 class JobTable:

@@ -53,15 +53,6 @@ class LearnsPhrases(Protocol):
         ...
 
 
-@runtime_checkable
-class Rests(Protocol):
-    """A recognizer that can do without most of its memory while nobody speaks."""
-
-    def rest(self) -> None:
-        """Give back what can be read again at the next utterance."""
-        ...
-
-
 class NameOpinion(Protocol):
     """Another engine's opinion about names, by the sound alone."""
 

@@ -98,7 +98,7 @@ class ModelFile:
             raise BadInput(f"The speech model {path.name!r} cannot be read ({trouble.strerror}).") from None
 
     def rest(self) -> None:
-        """Leave what was read to the system's cache of files; whoever reads it again finds it there."""
+        """Leave what was read to the system's cache of files, where the next reader finds it."""
         with contextlib.suppress(AttributeError, OSError):  # not on every system
             self._bytes.madvise(mmap.MADV_DONTNEED)
 
