@@ -113,7 +113,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int, now: float
         playback=playback(parts[PlaybackController].state, snapshot.other),
         viewers=around.sockets.people,
         notices=[
-            messages.NoticeLine(one.id, one.stamp, one.level, one.text, one.cause, *code_of(one.text))
+            messages.NoticeLine(one.id, one.stamp, near(one.at), one.level, one.text, one.cause, *code_of(one.text))
             for one in around.notifications.shown
         ],
         history_revision=around.history.revision,

@@ -37,6 +37,7 @@ class Notice:
     level: Level
     text: str
     cause: str = ""  # what it is about, where it can change and end; the newest replaces the older of one cause
+    at: float = 0.0  # Unix time [s] at which the console took it
 
 
 SensorKind = Literal["wheels", "laser", "camera", "microphones"]

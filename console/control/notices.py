@@ -1,6 +1,7 @@
 """Sentences for the operator, the pilot's and the console's own, in one list."""
 
-from collections.abc import Iterable
+import time
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from core.snapshot import Level, Notice
@@ -11,7 +12,9 @@ MAX_SHOWN = 20
 class Notifications:
     """The newest notices, newest last: one of a cause, and no sentence twice."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], float] = time.time) -> None:
+        """`clock`: Unix time [s]."""
+        self._clock = clock
         self.shown: tuple[Notice, ...] = ()
         self._newest = 0
         self._adopted: dict[int, int] = {}  # the pilot's own numbers of its notices → those here
@@ -31,7 +34,7 @@ class Notifications:
             if notice.id > newest:
                 self._adopted[notice.id] = self._hang(notice)
             elif (number := self._adopted.get(notice.id)) is not None:
-                self._change(replace(notice, id=number))
+                self._change(number, notice)
 
     def reset_pilot(self) -> None:
         """A new pilot counts its notices from the beginning, and finds faults by itself."""
@@ -43,10 +46,14 @@ class Notifications:
         self._newest += 1
         others = [old for old in self.shown if old.text != notice.text]
         kept = [old for old in others if not notice.cause or old.cause != notice.cause]
-        self.shown = (*kept, replace(notice, id=self._newest))[-MAX_SHOWN:]
+        self.shown = (*kept, replace(notice, id=self._newest, at=self._clock()))[-MAX_SHOWN:]
         self._adopted = dict([*self._adopted.items()][-MAX_SHOWN:])
         return self._newest
 
-    def _change(self, notice: Notice) -> None:
-        if any(old.id == notice.id and old != notice for old in self.shown):
-            self.shown = tuple(notice if old.id == notice.id else old for old in self.shown)
+    def _change(self, number: int, notice: Notice) -> None:
+        before = next((old for old in self.shown if old.id == number), None)
+        fresh = replace(notice, id=number, at=0.0 if before is None else before.at)
+        if before is None or vars(fresh) == vars(before):
+            return
+        fresh = replace(fresh, at=self._clock())
+        self.shown = tuple(fresh if old is before else old for old in self.shown)

@@ -283,7 +283,8 @@ class NoticeLine(Struct, omit_defaults=True):
     """A sentence for the operator."""
 
     id: int
-    stamp_s: float
+    stamp_s: float  # the robot's clock
+    at_s: float  # Unix time
     level: Level
     text: str
     cause: str = ""  # what it is about: of one cause only the newest is shown

@@ -56,7 +56,7 @@ test("a halt offers its reset to an operator and not to a viewer", () => {
 });
 
 test("a halt says by whom, as long as its notice stands", () => {
-  const notice = { id: 1, stamp_s: 0, level: /** @type {const} */ ("warning"), text: "Ann halted the robot." };
+  const notice = { id: 1, stamp_s: 0, at_s: 0, level: /** @type {const} */ ("warning"), text: "Ann halted the robot." };
   const told_by = { ...notice, code: "stop.who_halted", values: { name: "Ann" } };
   const gate = { ...STATE.gate, state: "halted" };
   const view = (/** @type {typeof notice[]} */ notices) => ({ state: { ...STATE, gate, notices } });

@@ -442,6 +442,7 @@ export interface MoveAgreementState {
 export interface NoticeLine {
   id: number;
   stamp_s: number;
+  at_s: number;
   level: "info" | "warning" | "error";
   text: string;
   cause?: string;

@@ -10,6 +10,7 @@ import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
 import { speedsOffer } from "../ui/speeds-offer.js";
 import { t } from "../ui/texts.js";
+import { noticedAt } from "../ui/timeline.js";
 
 /** @import { NoticeLine } from "../net/messages.js" */
 /** @import { HistoryRow } from "../net/rest.js" */
@@ -163,14 +164,17 @@ class NoticeList extends Panel {
     if (this.offsetParent !== null) this.#seen = notices.at(-1)?.id ?? -1;
     const unseen = notices.filter(({ id }) => id > this.#seen).length;
     mark(this, "data-unseen", unseen ? String(unseen) : null);
-    if (!isNew(this, ...notices.map(({ id, text }) => [id, text]))) return; // a notice can change and end
-    this.#list.replaceChildren(...[...notices].reverse().map((one) => row(one, this.session)));
+    if (!isNew(this, ...notices.map(({ id, text, at_s: at }) => [id, text, at]))) return; // a notice can change and end
+    const newest = [...notices].reverse();
+    this.#list.replaceChildren(...newest.map((one) => row(one, this.session, noticedAt(one, this.session))));
     this.#empty.hidden = notices.length > 0;
   }
 }
 
-/** @param {NoticeLine} notice @param {import("../net/session.js").Session} session */
-function row(notice, session) {
+const LEVELS = { info: t("notice-list.note"), warning: t("notice-list.warning"), error: t("notice-list.error") };
+
+/** @param {NoticeLine} notice @param {import("../net/session.js").Session} session @param {string} at when it came */
+function row(notice, session, at) {
   const drawing = notice.level === "info" ? "info" : "warning";
   return make(
     "li.record",
@@ -180,7 +184,7 @@ function row(notice, session) {
       "div.record-body",
       make("p", notice.text),
       speedsOffer(session, notice),
-      make("p.note", t("notice-list.level_at_age_of_the_robot", { level: notice.level, age: age(notice.stamp_s) })),
+      make("p.note", `${LEVELS[notice.level]} · ${at}`),
     ),
   );
 }

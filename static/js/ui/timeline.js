@@ -1,8 +1,9 @@
 // Marks on the timeline of a recording: gaps known from its start, and what was noticed while it played.
 
+import { duration, timeOfDay } from "./format.js";
 import { t } from "./texts.js";
 
-/** @import { State } from "../net/messages.js" */
+/** @import { HelloMessage as Hello, NoticeLine, State } from "../net/messages.js" */
 /** @typedef {"gap" | "closure" | "lost" | "notice" | "command" | "speech" | "contact" | "trip" | "halt"} MarkKind */
 /** @typedef {{at: number, kind: MarkKind, words: string}} Mark `at`: 0..1 of the recording */
 
@@ -100,4 +101,16 @@ export class Timeline {
 export function ruler(duration, most) {
   const step = STEPS_S.find((seconds) => duration / seconds <= most) ?? 3600 * Math.ceil(duration / 3600 / most);
   return Array.from({ length: Math.floor(duration / step) + 1 }, (_, n) => n * step);
+}
+
+/**
+ * When a notice came: by the wall clock, as in the history; in a recording its place there.
+ * @param {NoticeLine} notice
+ * @param {{hello: Hello | null, state: State | null}} shown now
+ */
+export function noticedAt({ at_s: at, stamp_s: stamp }, { hello, state }) {
+  const { kind, duration_s: length } = hello?.robot ?? {};
+  if (kind !== "LOG" || !state || !length) return timeOfDay(at);
+  const clock = duration((state.robot.progress ?? 0) * length + stamp - state.stamp_s);
+  return t("notice-list.clock_of_the_recording", { clock });
 }

@@ -24,6 +24,23 @@ def test_a_trouble_of_the_pilot_is_one_notice_here_too_however_slow_it_is() -> N
     assert board.shown[-1].level == "info" and "keeps up" in board.shown[-1].text
 
 
+def test_a_notice_is_dated_by_the_wall_clock_and_anew_only_when_it_changes() -> None:
+    pilot, now = Notices(), [1000.0]
+    board = Notifications(lambda: now[0])
+    board.tell("info", "Anna took over.")
+    now[0] = 1001.0
+    pilot.watch(5.0, "laser", "The laser is silent.", "error", "The laser is back.")
+    board.adopt(pilot.newest, 5.0)
+    before = board.shown
+    assert [notice.at for notice in before] == [1000.0, 1001.0]
+    now[0] = 1002.0
+    board.adopt(pilot.newest, 6.0)
+    assert board.shown is before  # what did not change is not sent again
+    pilot.watch(7.0, "laser", "", "error", "The laser is back.")
+    board.adopt(pilot.newest, 7.0)
+    assert [notice.at for notice in board.shown] == [1000.0, 1002.0]
+
+
 def test_a_trouble_that_comes_again_is_new_and_the_old_line_goes() -> None:
     pilot, board = Notices(), Notifications()
     for stamp in range(60):
