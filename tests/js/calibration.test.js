@@ -3,7 +3,7 @@ import { mock, test } from "node:test";
 import { standing } from "../../static/js/calibration/active-calibration.js";
 import { hint } from "../../static/js/calibration/board-hint.js";
 import { cameraRows, decimals, mountRows, poseRows } from "../../static/js/calibration/figures.js";
-import { heat, heatWords, known, share } from "../../static/js/calibration/progress.js";
+import { figures, heat, heatWords, known, share } from "../../static/js/calibration/progress.js";
 import { hashOf, placeOf } from "../../static/js/calibration/router.js";
 import { grouped } from "../../static/js/calibration/uploads.js";
 import { webcamRefusal } from "../../static/js/calibration/webcam.js";
@@ -245,4 +245,8 @@ test("the poses of the board stand with their standard deviations, and only thos
   ]);
   const plain = rows.map((row) => row.map((words) => words.replaceAll("\u00a0", " "))); // they break between values alone
   assert.deepEqual(plain, [["a", "10.0 ± 0.10, −20.0 ± 0.20, 500.0 ± 1.00", "5.7 ± 0.06, 0.0 ± 0.06, −11.5 ± 0.11"]]);
+});
+
+test("before the first solution the views are counted once, against the number that is needed", () => {
+  assert.deepEqual(figures(session({ views: 2 })), { figure: "2", goal: "of 6 views at least" });
 });

@@ -88,7 +88,9 @@ test("a sentence without its code is known by its words, with what stands in the
   const { inLanguage } = /** @type {typeof import("../../static/js/ui/texts.js")} */ (await import(there));
   const kept = "It stops by itself 0.35 s after the last command.";
   assert.equal(inLanguage(kept), "Er hält von selbst 0.35 s nach dem letzten Befehl.");
-  assert.equal(inLanguage("6 more views at least."), "Noch mindestens 6 Ansichten.");
+  assert.equal(inLanguage("2 more views at least."), "Noch mindestens 2 Ansichten.");
+  const first = "6 more views at least; view 4 brings a first estimate.";
+  assert.equal(inLanguage(first), "Noch mindestens 6 Ansichten; Ansicht 4 bringt eine erste Schätzung.");
   const advice =
     "Hold the board close up, fill the top left of the picture, tilt the left edge away by about 50 degrees.";
   const german =

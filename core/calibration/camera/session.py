@@ -198,6 +198,8 @@ class CameraSession(BoardSession[AcceptedView, Calibration]):
         missing = MIN_VIEW_COUNT - len(views)
         if missing > 0:
             words = f"{missing} more view{'s' * (missing > 1)} at least."
+            if len(views) < MIN_SOLVED_VIEWS:
+                words = f"{words[:-1]}; view {MIN_SOLVED_VIEWS} brings a first estimate."
         elif p95 is None:
             words = "Not solved yet."
         elif self.stale:

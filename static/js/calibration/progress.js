@@ -7,6 +7,7 @@ import { t } from "../ui/texts.js";
 /** @import { Calibration, Uncertainty } from "./types.js" */
 
 const SOLVES_FROM = 4; // views
+const CAMERA_VIEWS = 6; // at least
 const LEAST_TARGET = 0.5; // [px]
 const FIRST = 0.3; // share of the way that is done when the first solution is there
 const ROUGH = 16; // a first solution is that many times worse than wanted
@@ -37,8 +38,8 @@ export function figures({ kind, progress }) {
     };
   if (typeof progress.p95_px !== "number")
     return {
-      figure: `${Math.min(progress.views, SOLVES_FROM)}/${SOLVES_FROM}`,
-      goal: t("progress.views_to_the_first_figure"),
+      figure: String(progress.views),
+      goal: t("progress.of_views_views_at_least", { views: CAMERA_VIEWS }),
     };
   const goal = t("progress.goal_fixed_px", { fixed: fixed(progress.target_px ?? LEAST_TARGET, 2) });
   return { figure: `±${fixed(progress.p95_px, progress.p95_px < 10 ? 2 : 0)} px`, goal };

@@ -82,6 +82,11 @@ def test_time_while_a_view_is_refused_is_no_time_of_holding_still() -> None:
     assert "counted" not in kinds[:6] and kinds[6] == "counted"
 
 
+def test_views_that_are_missing_are_counted_once_with_the_one_that_brings_the_first_estimate() -> None:
+    words = CameraSession(BOARD).progress().words
+    assert words == "6 more views at least; view 4 brings a first estimate."
+
+
 def test_a_blurred_view_is_refused_in_words() -> None:
     verdict = CameraSession(BOARD).capture(
         shot(np.random.default_rng(0), exposure=ImageExposure(motion=10)), "upload"
