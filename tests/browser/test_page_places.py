@@ -197,13 +197,16 @@ def paused_in_the_status_line(here: Visit) -> None:
     pill = here.find("command-status")
     expect(pill).to_contain_text("round waits at desk (1 of 2)")
     rows = pill.get_by_role("button").evaluate_all("all => all.map(each => each.getBoundingClientRect().top)")
-    assert len(rows) == 2 and rows[0] == rows[1], "Pause and Cancel stand beside each other"
+    assert len(rows) == 2 and rows[0] == rows[1], "Pause and End route stand beside each other"
     pill.get_by_role("button", name="Pause").click()
     expect(pill).to_contain_text("round paused; next goal: desk")
+    toast = here.find(".toast").filter(has_text="Paused by")
+    expect(toast).to_be_visible()
     here.say("trun left")
     expect(pill.locator(".status-remark")).to_contain_text("refused. I know no such command")
     pill.get_by_role("button", name="Go on").click()
     expect(pill).to_contain_text("round waits at desk")
+    expect(toast).to_have_count(0, timeout=3000)  # it goes on: why it stood is over
 
 
 def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: Open, console: Running) -> None:
@@ -249,7 +252,7 @@ def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: O
     expect(card.locator(".route-now")).to_contain_text("paused; next goal: sofa")
     expect(card.locator(".route-under")).to_contain_text("Paused by")
     shown(here, "route-paused")
-    card.get_by_role("button", name="End").click()
+    card.get_by_role("button", name="End route").click()
     expect(card.locator(".route-now")).to_contain_text("ended; last goal: sofa")
     card.get_by_role("button", name="Change round").click()
     expect(card.get_by_label("Seconds at sofa")).to_have_value("25.5")

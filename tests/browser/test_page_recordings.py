@@ -133,7 +133,7 @@ def test_a_drive_is_recorded_kept_named_deleted_and_played(visit: Open, console:
     here, watching = visit(), visit(size=PHONE, theme="light", watching=True)
     record = here.find(".bar .recorder")
     record.click()
-    expect(record).to_have_attribute("data-runs", "", timeout=LONG)
+    expect(record.locator(".recorder-words")).to_have_text("End", timeout=LONG)
     expect(watching.find(".bar .recorder-time")).to_have_text(re.compile(r"^\d:\d\d$"))
     here.say("continue 0.5 meters")
     expect(watching.find(".bar .recorder")).to_have_attribute("aria-label", re.compile("only an operator"))

@@ -73,15 +73,18 @@ def test_what_is_refused_says_why_and_offers_what_was_meant(visit: Open, console
     reason = console.newest()["remark"]
     assert reason
     expect(here.find("command-status")).to_contain_text(reason)
+    here.find("command-status").get_by_role("button", name="Dismiss").click()
+    expect(here.find("command-status")).not_to_contain_text("refused")
     here.say("turn lift")
     chip = here.find("command-status .suggested button").first
     expect(chip).to_be_visible()
     chip.click()
     here.until(lambda: console.newest()["source"] == "chip", "what was meant is told")
-    here.told(lambda: here.say("turn left"), "cancelled", then=lambda: here.button("Cancel").click(timeout=3000))
+    cancel = here.button("Cancel command")
+    here.told(lambda: here.say("turn left"), "cancelled", then=lambda: cancel.click(timeout=3000))
     offers = here.find(".record").filter(has_text="turn lift").first.locator(".suggested button")
     expect(offers).to_have_text(["turn left", "turn right"])  # the status line has gone on
-    here.told(lambda: offers.last.click(), "cancelled", then=lambda: here.button("Cancel").click(timeout=3000))
+    here.told(lambda: offers.last.click(), "cancelled", then=lambda: cancel.click(timeout=3000))
     assert console.newest()["words"] == "turn right"
 
 

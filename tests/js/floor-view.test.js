@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { insetsOf } from "../../static/js/ui/clear-area.js";
+import { heightOf, insetsOf } from "../../static/js/ui/clear-area.js";
 import { FloorView, headingOf, seenFrom } from "../../static/js/ui/floor-view.js";
 
 const ROOM = { left: -2, bottom: -1, right: 6, top: 3 };
@@ -71,4 +71,14 @@ test("panels cover the view at its edges, and a view that lies elsewhere not at 
   const free = { left: 100, top: 76, right: 1042, bottom: 690 };
   assert.deepEqual(insetsOf(all, free), { left: 100, top: 76, right: 398, bottom: 210 });
   assert.deepEqual(insetsOf({ ...free, left: 1100, right: 1400 }, free), { left: 0, top: 0, right: 0, bottom: 0 });
+});
+
+test("the map gives way to what a running command shows above the status, and not to what passes", () => {
+  const chain = { offsetTop: 10, offsetHeight: 26, dataset: {} };
+  const status = { offsetTop: 42, offsetHeight: 40, dataset: { state: "running" } };
+  const pending = { offsetTop: 0, offsetHeight: 0, dataset: {} };
+  assert.equal(heightOf([chain, status, pending]), 72);
+  assert.equal(heightOf([{ ...chain, offsetHeight: 0 }, status, pending]), 40);
+  assert.equal(heightOf([chain, { ...status, dataset: { state: "refused" } }, pending]), null);
+  assert.equal(heightOf([]), 0);
 });

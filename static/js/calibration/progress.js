@@ -37,10 +37,7 @@ export function figures({ kind, progress }) {
       goal: t("progress.of_laserposes_poses_at_least", { laserposes: LASER_POSES }),
     };
   if (typeof progress.p95_px !== "number")
-    return {
-      figure: String(progress.views),
-      goal: t("progress.of_views_views_at_least", { views: CAMERA_VIEWS }),
-    };
+    return { figure: String(progress.views), goal: t("progress.of_views_views_at_least", { views: CAMERA_VIEWS }) };
   const goal = t("progress.goal_fixed_px", { fixed: fixed(progress.target_px ?? LEAST_TARGET, 2) });
   return { figure: `±${fixed(progress.p95_px, progress.p95_px < 10 ? 2 : 0)} px`, goal };
 }

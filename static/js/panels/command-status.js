@@ -4,7 +4,7 @@
 import { wordsOf } from "../net/api.js";
 import { steerRoute } from "../net/marks-api.js";
 import * as room from "../net/room-api.js";
-import { icon, isNew, make, mark, redraw, write } from "../ui/element.js";
+import { icon, iconButton, isNew, make, mark, redraw, write } from "../ui/element.js";
 import { degrees, inWords, metres } from "../ui/format.js";
 import { couldCall, goesToPerson, isEmptyRoom, letCall } from "../ui/let-call.js";
 import { meter } from "../ui/meter.js";
@@ -27,11 +27,11 @@ class CommandChain extends Panel {
   #voice = new LastVoice();
   #list = make("ol.chain", { "aria-label": t("command-chain.what_the_robot_has_of_the") });
   #steps = STEPS.map((step) => {
-    const says = make("span.chain-says");
+    const [words, says, sd] = [make("span.chain-more"), make("span"), make("span.chain-more")];
     const name = make("b", t(`command-chain.${step}`));
-    const row = make("li.chain-step", { "data-step": step }, name, says);
+    const row = make("li.chain-step", { "data-step": step }, name, words, says, sd);
     this.#list.append(row);
-    return { row, name, says };
+    return { row, name, words, says, sd };
   });
 
   /** @override */
@@ -48,13 +48,12 @@ class CommandChain extends Panel {
     if (!chain) return;
     const command = state?.command;
     const said = command && SPOKEN.includes(command.source) ? `“${command.heard_as}”` : "";
-    const from = chain.heard ? `${inWords(chain.heard.azimuth)} ± ${degrees(chain.heard.sd)}` : "";
     const before = chain.looks ? t("command-chain.looking") : t("command-chain.not_yet");
     const says = [
-      [said, from].filter(Boolean).join(" · ") || t("command-chain.no_voice"),
+      chain.heard ? inWords(chain.heard.azimuth) : said ? "" : t("command-chain.no_voice"),
       chain.seen === null
         ? chain.found
-          ? t("command-chain.not_in_the_picture")
+          ? t("command-chain.no_whole_person")
           : before
         : `${chain.seen.name} ${chain.seen.value === null ? t("command-chain.yes") : chain.seen.value.toFixed(2)}`.trim(),
       chain.laser !== null ? metres(chain.laser, 1) : chain.found ? t("command-chain.no_legs") : before,
@@ -63,12 +62,14 @@ class CommandChain extends Panel {
         : t("command-chain.metres_to_go", { metres: metres(chain.left, 1) }),
     ];
     const follows = command?.name === "follow_me";
-    const [coming] = this.#steps.slice(-1);
+    const [heard, coming] = [this.#steps.at(0), this.#steps.at(-1)];
+    if (heard) write(heard.words, said);
+    if (heard) write(heard.sd, chain.heard ? `± ${degrees(chain.heard.sd)}` : "");
     if (coming) write(coming.name, t(follows ? "command-chain.following" : "command-chain.coming"));
     if (follows && chain.left !== null && chain.left < ARRIVED_M) says[3] = t("command-chain.at_its_distance");
     const lit = [chain.heard !== null, chain.seen !== null, chain.laser !== null, chain.left !== null];
-    for (const [index, { row, says: words }] of this.#steps.entries()) {
-      write(words, says[index] ?? "");
+    for (const [index, { row, says: place }] of this.#steps.entries()) {
+      write(place, says[index] ?? "");
       mark(row, "data-lit", lit[index] === true);
     }
   }
@@ -86,6 +87,7 @@ const READY = {
   suggestions: [],
 };
 const OFFERED = 3;
+const STAYS = ["refused", "failed"]; // for a while; who has read it dismisses it
 /** Refusals that say themselves what the offered commands are. */
 const OFFERING = ["words.unknown", "words.unknown_like", "places.other", "places.others"].map((key) =>
   t(`console.${key}`),
@@ -100,7 +102,10 @@ class CommandStatus extends Panel {
   #level = make("span.status-level", { "aria-hidden": "true", hidden: true });
   #suggestions = make("div.row.suggested", { role: "group", "aria-label": t("command-status.did_you_mean") });
   #progress = meter("div.meter.progress", { role: "progressbar", "aria-label": t("command-status.progress") });
-  #cancel = make("button.button", { onclick: () => this.#end() }, icon("close"), t("command-status.cancel"));
+  #dismiss = iconButton("close", t("notice-toasts.dismiss"), () => this.#leave(), { look: "small status-dismiss" });
+  #endWords = make("span");
+  #end = make("button.button", { hidden: true }, icon("close"), this.#endWords);
+  #ends = false; // the route, and not a command alone
   #steerWords = make("span");
   #steer = make("button.button", { hidden: true }, this.#steerWords);
   #log = new StatusLog();
@@ -116,8 +121,13 @@ class CommandStatus extends Panel {
       this.#progress.element,
       this.#left,
       this.#steer,
-      this.#cancel,
+      this.#dismiss,
+      this.#end,
     );
+    this.#end.addEventListener("click", () => {
+      this.session.stop();
+      if (this.#ends) void this.session.attempt(() => steerRoute("stop"));
+    });
     this.#steer.addEventListener("click", () => {
       const paused = this.session.state?.route?.state === "paused";
       void this.session.attempt(() => steerRoute(paused ? "resume" : "pause"));
@@ -144,12 +154,15 @@ class CommandStatus extends Panel {
     const { state, up, permission } = view;
     const command = state?.command?.state === "running" ? state.command : null;
     const route = command && command.source !== "route" ? null : routeUnderWay(state);
-    this.#cancel.hidden = !command && !route;
+    this.#end.hidden = !command && !route;
+    this.#end.disabled = !up;
+    this.#ends = route !== null;
+    write(this.#endWords, route ? t("route-card.end") : t("command-status.cancel_command"));
+    mark(this.#end, "title", route ? t("command-status.ends_the_route") : t("command-status.ends_this_command"));
     this.#steer.hidden = !route || view.hello?.you.role === "viewer"; // who may stop it, and no more
     this.#steer.disabled = !up;
     write(this.#steerWords, route?.state === "paused" ? t("route-card.go_on") : t("route-card.pause"));
     this.#progress.element.hidden = !command || command.progress === null;
-    this.#cancel.disabled = !up;
     const left = state ? this.#toGo.saw(state, view.hello?.robot.cruise_m_s ?? 0) : [];
     this.#left.hidden = left.length === 0 || !command;
     if (left.length) write(this.#left, t("command-status.join_to_go", { join: left.join(", ") }));
@@ -165,13 +178,6 @@ class CommandStatus extends Panel {
     else if (route && ["", "running", "done"].includes(line.state))
       this.#show({ ...line, icon: "running", words: routeWords(route), remark: route.reason, state: "running" });
     else this.#show({ ...line, suggestions: offered });
-  }
-
-  /** End what moves the robot, and the route that would go on. */
-  #end() {
-    const route = routeUnderWay(this.session.state);
-    this.session.stop();
-    if (route) void this.session.attempt(() => steerRoute("stop"));
   }
 
   /** @param {Said} said */
@@ -201,6 +207,12 @@ class CommandStatus extends Panel {
     write(this.#words, line.words);
     write(this.#remark, line.remark);
     mark(this, "data-state", line.state || null);
+    this.#dismiss.hidden = !STAYS.includes(line.state) || !this.#end.hidden;
+  }
+
+  #leave() {
+    this.#log.dismiss();
+    this.show(this.session.view);
   }
 
   /**

@@ -3,7 +3,7 @@
 import * as maps from "../net/maps-api.js";
 import { marksOf, wordsTo } from "../net/marks-api.js";
 import { CanvasHand, stepped } from "../ui/canvas-hand.js";
-import { watchClearArea } from "../ui/clear-area.js";
+import { watchClearArea, watchLowerEdge } from "../ui/clear-area.js";
 import { iconButton, make, mark, write } from "../ui/element.js";
 import { apart, drawFlat, drawMoving, PIN_PX } from "../ui/flat-drawing.js";
 import { FlatGround } from "../ui/flat-ground.js";
@@ -29,7 +29,8 @@ import { askName } from "./place-list.js";
 const SAID_MS = 20_000; // for which it is said why the map is flat; the switch beside stays
 const MARGIN = 36; // [px] around the whole map
 const SMALL_MARGIN = 14; // of a docked one
-const STATUS = 40; // [px] that it takes below
+const STATUS = 40; // [px] that it takes below at least …
+const STATUS_SHARE = 0.35; // … and at most, of what no panel covers
 const STEPS_M = /** @type {const} */ ([0.25, 1]); // of the keyboard's cursor, and with Shift
 const ZOOM = 1.4;
 const IDLE_SHARE = 4; // times the duration of a drawing pass between two
@@ -104,6 +105,7 @@ class FlatMap extends Panel {
   #covered = { left: 0, top: 0, right: 0, bottom: 0 };
   /** @type {"whole" | "robot" | "free"} */
   #looks = "whole";
+  #status = 0; // [px] that stands below
   /** @type {Set<Layer>} */
   #layers = new Set();
   /** @type {maps.Plan | null} */
@@ -167,6 +169,7 @@ class FlatMap extends Panel {
     watchClearArea(/** @type {HTMLElement} */ (this.parentElement), (insets) =>
       this.#draw("", () => (this.#covered = insets)),
     );
+    watchLowerEdge((height) => this.#draw("", () => (this.#status = height)));
     onTheme(() => requestAnimationFrame(() => this.#draw()));
     let said = 0; // timer
     const chosen = () => {
@@ -397,7 +400,9 @@ class FlatMap extends Panel {
     const around = state ? { x: state.pose.x_m, y: state.pose.y_m } : { x: 0, y: 0 };
     const none = { left: around.x - 2, right: around.x + 2, bottom: around.y - 2, top: around.y + 2 };
     const tools = this.#tools.clientWidth; // a docked map has none
-    const [across, down] = [width - left - right - tools, height - top - bottom - (bottom && STATUS)];
+    const free = height - top - bottom;
+    const status = bottom && Math.max(STATUS, Math.min(this.#status, STATUS_SHARE * free));
+    const [across, down] = [width - left - right - tools, free - status];
     const seen = state?.landmarks.length ? extentOf([...state.landmarks, state.pose]) : none;
     const fitted = FloorView.fitted(this.#plan?.extent ?? seen, across, down, tools ? MARGIN : SMALL_MARGIN);
     this.#view = new FloorView(fitted.scale, fitted.left + left, fitted.top + top);

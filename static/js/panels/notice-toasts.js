@@ -14,6 +14,7 @@ const STAYS_MS = { info: 6000, warning: 15000, error: Infinity };
 const WORD_MS = 300; // for each of its words
 const OFFER_STAYS_MS = 20000;
 const MOST = 3;
+const GOES = ["driving", "waiting"]; // a route that does: why it stood is over
 const SAID = ["command-status", "banner-stack"]; // where a sentence stands already
 
 class NoticeToasts extends Panel {
@@ -34,7 +35,7 @@ class NoticeToasts extends Panel {
   /** Show each notice once; update or remove it while it is still shown. @override @param {View} view */
   show({ state, lostControl, mine }) {
     if (!state) return;
-    const { notices } = state;
+    const notices = state.notices.filter(({ cause }) => cause !== "route" || !GOES.includes(state.route?.state ?? ""));
     for (const { id, level, text, cause, code, values } of notices) {
       const halted = cause === "halt" && level === "warning"; // the banner says it for as long as it holds
       // Who took control over knows it, and who lost it has a banner.
@@ -43,11 +44,11 @@ class NoticeToasts extends Panel {
         this.#shown.set(id, this.#raise(level, text, speedsOffer(this.session, { code, values })));
       else this.#change(id, level, text);
     }
-    this.#newest = notices.at(-1)?.id ?? -1;
+    this.#newest = state.notices.at(-1)?.id ?? -1;
     this.#first = false;
     for (const [id, toast] of this.#shown) {
       if (!toast.isConnected) this.#shown.delete(id);
-      else if (!notices.some((notice) => notice.id === id)) toast.remove(); // a newer notice of the same cause replaced it
+      else if (!notices.some((notice) => notice.id === id)) toast.remove(); // a newer one replaced it, or it is over
     }
     for (const toast of this.querySelectorAll(".toast:not(:has(.button))")) {
       const words = toast.textContent ?? "";

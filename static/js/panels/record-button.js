@@ -39,7 +39,8 @@ class RecordButton extends Panel {
     this.hidden = view.state === null;
     redraw(this.#icon, runs ? "recording" : "recorder");
     mark(this.#record, "data-runs", runs);
-    write(this.#words, runs ? t("record-button.end_recording") : t("record-button.record"));
+    const end = this.closest(".bar") ? t("record-button.end") : t("record-button.end_recording");
+    write(this.#words, runs ? end : t("record-button.record"));
     write(this.#time, time);
     write(this.#size, size);
     const does = runs ? t("record-button.stop_recording", { time, size }) : t("record-button.record_the_drive");

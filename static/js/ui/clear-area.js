@@ -21,6 +21,34 @@ export function watchClearArea(view, then) {
   addEventListener("views-swapped", () => requestAnimationFrame(look));
 }
 
+/** States of the status that pass by themselves: the map gives no way to them. */
+const PASSES = ["refused", "failed", "done", "stopped"];
+
+/**
+ * Tell how much of the large view's lower edge the status takes, with what a running command shows above it.
+ * @param {(height: number) => void} then [px]
+ */
+export function watchLowerEdge(then) {
+  const parts = /** @type {HTMLElement[]} */ ([...document.querySelectorAll(".now > :not(notice-toasts)")]);
+  const watch = new ResizeObserver(() => {
+    const height = heightOf(parts);
+    if (height !== null) then(height);
+  });
+  for (const part of parts) watch.observe(part);
+}
+
+/**
+ * How high the parts stand that are shown, one above the other.
+ * @param {ReadonlyArray<Pick<HTMLElement, "offsetTop" | "offsetHeight" | "dataset">>} parts
+ * @returns {number | null} [px]; null while one says what passes by itself
+ */
+export function heightOf(parts) {
+  const shown = parts.filter(({ offsetHeight }) => offsetHeight > 0);
+  if (shown.some(({ dataset }) => PASSES.includes(dataset["state"] ?? ""))) return null;
+  const ends = shown.map(({ offsetTop, offsetHeight }) => offsetTop + offsetHeight);
+  return shown.length ? Math.max(...ends) - Math.min(...shown.map(({ offsetTop }) => offsetTop)) : 0;
+}
+
 /** @param {Insets} all of the window @param {Insets} free of the window @returns {Insets} */
 export function insetsOf(all, free) {
   const inside = free.left >= all.left && free.top >= all.top && free.right <= all.right && free.bottom <= all.bottom;

@@ -46,7 +46,7 @@ const FARTHER_PX = 24;
 const [ABOVE, BELOW] = [-9, 19]; // [px] of words beside a point
 const LINE_PX = 15; // by which lines of words are apart
 const SMALL_PX = 300; // a map that is no wider has no words
-const NARROW_PX = 560; // one that is no wider has its scale above: the status is below
+const NARROW_PX = 976; // [px] that no panel covers: where it is no wider the status has no room for the scale beside it
 const SAME_M = 0.6; // [m] within which the person who is followed is someone in the room
 export const PIN_PX = 12; // of a place: height of its head
 const TOOLS_PX = 48; // width of the map's tools
@@ -101,7 +101,8 @@ export function drawFlat(canvas, view, scene) {
   brush.measured(scene.measured);
   brush.corners(scene.corners);
   if (scene.cursor) brush.cross(scene.cursor);
-  const low = canvas.clientWidth < NARROW_PX ? top + 2 * SCALE_PX : canvas.clientHeight - bottom - SCALE_PX;
+  const narrow = bottom > 0 && canvas.clientWidth - left - right < NARROW_PX;
+  const low = narrow ? top + 2 * SCALE_PX : canvas.clientHeight - bottom - SCALE_PX;
   brush.scale(left + SCALE_PX, low);
 }
 

@@ -10,7 +10,7 @@ import { t } from "./texts.js";
 export class RunProgress {
   #doing = make("p.run-doing");
   #bar = meter("div.meter.progress", { role: "progressbar", "aria-label": t("command-status.progress") });
-  #cancel = make("button.button", icon("close"), t("command-status.cancel"));
+  #cancel = make("button.button", icon("close"), t("run-parts.cancel"));
   element = make("div.run-going", { hidden: true }, this.#doing, this.#bar.element, this.#cancel);
 
   /** @param {() => import("./page-model.js").RunsModel<any>} model */

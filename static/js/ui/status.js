@@ -99,6 +99,11 @@ export class StatusLog {
     this.#goes("listening", words !== null, now);
   }
 
+  /** The newest result or refusal was read, and leaves. */
+  dismiss() {
+    this.#event = null;
+  }
+
   /** All that was said has been read: no words come any more. @param {number} now [ms] */
   wasRead(now) {
     if (this.#since.delete("reading")) this.#happen(now, UNHEARD);
