@@ -67,7 +67,7 @@ def create_app(runtime: Runtime) -> FastAPI:
 
     @asynccontextmanager
     async def life(app: FastAPI) -> AsyncGenerator[None]:
-        runtime.keep(asyncio.create_task(prepare(app.state.description)))  # while the robot is being opened
+        runtime.keep(prepare(app.state.description))  # while the robot is being opened
         async with opened(app):
             yield
 

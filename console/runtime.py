@@ -41,7 +41,7 @@ from console.robot.supervisor import RobotSupervisor
 from console.scene import Scene
 from console.speech.robot_voice import RobotVoice
 from console.state_view import StateContext, state_message
-from console.workers.tasks import end
+from console.workers.tasks import HeldTasks
 from core.errors import BeckonError
 from core.gate.suspend import SleepWatch
 from core.pilot.pilot import Pilot
@@ -96,7 +96,8 @@ class Runtime:
         self._link_monitor = LinkMonitor(robot, self.dispatcher, self.notifications)
         self._sleep, self._opening = SleepWatch(), False
         self.login_keeper = LoginKeeper(self.access.logins, self.sign_out, self._logins_unsaved)
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks = HeldTasks(self._part_failed)
+        self.keep = self._tasks.start  # work that nobody waits for
         self._loop: asyncio.AbstractEventLoop | None = None
         self.parts = make_parts(
             ConsoleBase(
@@ -146,7 +147,7 @@ class Runtime:
         self.dispatcher.freshness.time.simulated = self.robot.profile.simulated
         self.pilots.start()
         for work in (self._beat, *(part.run for part in self.parts)):
-            self.keep(asyncio.create_task(work()))
+            self.keep(work())
 
     def shut_down_soon(self) -> None:
         """From a signal handler or any thread: the console is about to end."""
@@ -161,11 +162,11 @@ class Runtime:
         self.dispatcher.close()
         self.sockets.close_all(1012, "The console is ending.")
         if self._opening:
-            self.keep(asyncio.create_task(asyncio.to_thread(self.robot.close)))
+            self.keep(asyncio.to_thread(self.robot.close))
 
     async def close(self) -> None:
         self.shut_down()
-        await end(*self._tasks)
+        await self._tasks.end()
         with contextlib.suppress(BeckonError):
             await self.login_keeper.settle()
         await self.pilots.close()
@@ -193,17 +194,9 @@ class Runtime:
         """A request to the driver, waited for outside the event loop."""
         return await asyncio.to_thread(self.robot.ask, request)
 
-    def keep(self, task: asyncio.Task[None]) -> None:
-        """Hold on to a task until it is done; a task that fails is reported."""
-        self._tasks.add(task)
-        task.add_done_callback(self._done)
-
-    def _done(self, task: asyncio.Task[None]) -> None:
-        self._tasks.discard(task)
-        if not task.cancelled() and (fault := task.exception()) is not None:
-            log.error("A part of the console failed", exc_info=fault)
-            self.failure = f"A part of the console failed ({type(fault).__name__}). Restart the console."
-            self.notifications.tell("error", self.failure)
+    def _part_failed(self, fault: BaseException) -> None:
+        self.failure = f"A part of the console failed ({type(fault).__name__}). Restart the console."
+        self.notifications.tell("error", self.failure)
 
     # the pilot
 

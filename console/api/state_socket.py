@@ -166,7 +166,7 @@ class StateSocket:
 
     def _answer(self, answer: messages.AnswerMessage) -> None:
         """Send the answer when its history entry is on disk."""
-        self._runtime.keep(asyncio.create_task(self._answer_settled(answer)))
+        self._runtime.keep(self._answer_settled(answer))
 
     async def _answer_settled(self, answer: messages.AnswerMessage) -> None:
         await self._runtime.history.settled()
@@ -207,7 +207,7 @@ class StateSocket:
                 dispatcher.reset(person, "page")
                 return messages.AnswerMessage(message.ref, True, 200)
             case inbound.PlaybackMessage():
-                self._runtime.keep(asyncio.create_task(self._play(message)))
+                self._runtime.keep(self._play(message))
             case inbound.SubscriptionMessage():
                 self._want(message)
             case inbound.StopMessage() | inbound.HaltMessage():
@@ -234,7 +234,7 @@ class StateSocket:
     def _stop_controller(self, message: inbound.StopMessage | inbound.HaltMessage) -> None:
         if isinstance(message, inbound.HaltMessage):
             self._runtime.dispatcher.halt(self._person, "page", message.press)
-            self._runtime.keep(asyncio.create_task(self._latched()))
+            self._runtime.keep(self._latched())
         else:
             self._runtime.dispatcher.stop(self._person, "page", message.press)
 

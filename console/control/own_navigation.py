@@ -20,6 +20,7 @@ from console.control.notices import Notifications
 from console.http.problems import Problem
 from console.part import Part
 from console.robot.supervisor import RobotSupervisor
+from console.workers.tasks import HeldTasks
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose
 from core.message import Array
@@ -75,7 +76,7 @@ class OwnNavigationService(Part):
         self._ends, self._why_ended = 0, ""  # of commands until now, and why the newest one was
         self._entry = 0  # in the history, of the goal that is under way; 0: none
         self._one_at_a_time = asyncio.Lock()  # a look that began before a goal must not end it
-        self._stopping: set[asyncio.Task[None]] = set()
+        self._stopping = HeldTasks()
 
     @property
     def there(self) -> bool:
@@ -143,9 +144,7 @@ class OwnNavigationService(Part):
         self._ends, self._why_ended = self._ends + 1, why
         goal = self.newest.goal if self.newest is not None else None
         if self._entry or goal is not None:
-            task = asyncio.get_running_loop().create_task(self._stopped())
-            self._stopping.add(task)
-            task.add_done_callback(self._stopping.discard)
+            self._stopping.start(self._stopped())
 
     def show(self, shown: bool) -> None:
         self.shown = shown

@@ -5,6 +5,7 @@ The loss of the fleet changes nothing here; it is only said.
 
 import asyncio
 import contextlib
+import queue
 import threading
 import time
 from collections.abc import Callable, Coroutine
@@ -38,6 +39,7 @@ from console.messages import filled
 from console.part import Part
 from console.robot.supervisor import RobotSupervisor
 from console.workers.pictures import jpeg
+from console.workers.tasks import HeldTasks
 from core.errors import BadInput, Unavailable
 from core.robots.ros.zenoh_session import load_zenoh
 from core.sensors import Image, SensorFrame
@@ -84,7 +86,7 @@ class FleetMember(Part):
         self._image: Image | None = None
         self._packed: tuple[float, bytes] | None = None  # stamp [s] and JPEG of the picture that was asked for last
         self._sent: tuple[float, tuple[object, ...]] = (0.0, ())  # when the newest report went [s], and of what
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks = HeldTasks()
 
     # the console's own life
 
@@ -190,15 +192,9 @@ class FleetMember(Part):
 
     def _soon(self, work: Coroutine[Any, Any, None]) -> None:
         """Do this on the event loop, also where the fleet is lost by then: a stop that has come holds."""
-
-        def begin() -> None:
-            task = asyncio.create_task(work)
-            self._tasks.add(task)
-            task.add_done_callback(self._tasks.discard)
-
         try:
             if self._loop is not None:
-                self._loop.call_soon_threadsafe(begin)
+                self._loop.call_soon_threadsafe(self._tasks.start, work)
                 return
         except RuntimeError:  # the console has ended
             pass
@@ -262,7 +258,7 @@ class FleetSession:
         self._state_key, self._drop = key_of(name, "state"), zenoh.CongestionControl.DROP
         try:
             self._kept = [session.info.declare_transport_events_listener(self._transport_changed)]
-            self._check_admission(options, refused)
+            self._check_admission(zenoh, options, refused)
             for what, act in (
                 ("stop", member.asked_to_stand),
                 ("picture", member.asked_for_picture),
@@ -276,14 +272,21 @@ class FleetSession:
             self.close()
             raise
 
-    def _check_admission(self, options: MemberOptions, refused: Statement) -> None:
+    def _check_admission(self, zenoh: Any, options: MemberOptions, refused: Statement) -> None:
         """Ask whether we are let in: TLS takes a withdrawn certificate, too, and the router then hears nothing."""
+        key = key_of(options.name, "admission")
         for pause in (0.0, ADMISSION_PAUSE_S):  # a router that has just begun to listen may not answer yet
             time.sleep(pause)
-            replies = list(self._session.get(key_of(options.name, "admission"), timeout=CONNECT_TIMEOUT_S))
-            if replies and replies[0].ok is not None:
+            replies: queue.SimpleQueue[Any] = queue.SimpleQueue()  # None: there are no more
+            asked = zenoh.handlers.Callback(replies.put, lambda replies=replies: replies.put(None))
+            self._session.get(key, asked, timeout=CONNECT_TIMEOUT_S)
+            try:
+                reply = replies.get(timeout=2 * CONNECT_TIMEOUT_S)  # its own did not come once
+            except queue.Empty:
+                raise Unavailable(refused) from None
+            if reply is not None and reply.ok is not None:
                 return
-            if replies:  # it did not answer in time
+            if reply is not None:  # the router did not answer in time
                 raise Unavailable(refused)
         raise Unavailable(Statement("fleet.certificate_refused", address=options.address.name))
 

@@ -29,6 +29,7 @@ from console.fleet.bus import (
     router_settings,
 )
 from console.fleet.table import FleetTable
+from console.workers.tasks import HeldTasks
 from core.errors import BadInput, Unavailable
 from core.files import write_atomic
 from core.robots.ros.zenoh_session import load_zenoh
@@ -89,7 +90,8 @@ class FleetRouter:
         self._listen_trouble = self._disk_trouble = ""  # sentences: why no robot can join, or no halt is kept
         self._authority, self._listen = authority, listen
         self._session: Any = None
-        self._kept: list[Any] = []
+        self._kept: list[Any] = []  # what zenoh lets go of when it is not held
+        self._tasks = HeldTasks()
         self._known = -1.0  # Unix time of the list of certificates in use
         self._loop = asyncio.get_running_loop()
         self._halt_file = authority.folder / HALT_FILE
@@ -265,7 +267,7 @@ class FleetRouter:
             robot.unanswered = False
         if stop is self._halting and self.halt is not None and name not in self.halt.acknowledged:
             self.halt.acknowledged.append(name)
-            self._soon(self._keep_halt())
+            self._tasks.start(self._keep_halt())
 
     def _repeat(self, now: float) -> None:
         """Ask again who has not answered: the newest stop for a while, a halt until it is reset."""
@@ -307,11 +309,6 @@ class FleetRouter:
                 self._disk_trouble = ""
             except OSError as trouble:
                 self._disk_trouble = Statement("fleet.halt_not_kept", why=trouble.strerror or "disk")
-
-    def _soon(self, work: Any) -> None:
-        task = asyncio.ensure_future(work)
-        self._kept.append(task)
-        task.add_done_callback(lambda done: self._kept.remove(done) if done in self._kept else None)
 
     # pictures and keys
 

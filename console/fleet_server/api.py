@@ -68,7 +68,7 @@ class FleetState(msgspec.Struct, frozen=True):
     robots: list[FleetRow]
     stop: FleetStopState | None  # the newest
     halt: HaltState | None
-    trouble: str  # why no robot can join; "" when all is well
+    trouble: str  # why no robot can join, or what of the fleet has failed; "" when all is well
     time_s: float  # Unix time
 
 
@@ -123,7 +123,7 @@ async def state(runtime: Fleet, who: Who) -> FleetState:
     rows = [row_of(robot, runtime.role_at(who, robot.name), now) for robot in router.table.sorted()]
     stop = None if router.stop is None else stop_state(router.stop, runtime)
     halt = None if router.halt is None else HaltState(router.halt.by, router.halt.since_s)
-    return FleetState(rows, stop, halt, str.__str__(router.trouble), time.time())
+    return FleetState(rows, stop, halt, runtime.failure or str.__str__(router.trouble), time.time())
 
 
 @fleet.post("/fleet/stop")

@@ -18,7 +18,7 @@ from console.control.lease import Lease
 from console.fleet.authority import Authority
 from console.fleet.bus import FleetAddress, FleetKeyAnswer, FleetRole
 from console.fleet.router import FleetRouter
-from console.workers.tasks import end
+from console.workers.tasks import HeldTasks
 from core.errors import BadInput, BeckonError
 from core.files import write_atomic
 from core.sentences import Statement
@@ -84,7 +84,8 @@ class FleetRuntime:
         self._authority, self._listen = authority, listen
         self._router: FleetRouter | None = None
         self._keys: dict[tuple[str, str], FleetKeyAnswer] = {}  # person, robot → key of its console
-        self._tasks: list[asyncio.Task[None]] = []
+        self._tasks = HeldTasks(self._part_failed)
+        self.failure = ""  # a sentence: a part of it has failed
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ticked_at = time.monotonic()  # [s] when the loop ran last
         self._hold_up, self._back_at = 0.0, 0.0  # [s] that the newest hold-up took, and when it was over
@@ -105,13 +106,13 @@ class FleetRuntime:
             self.trouble = str(why)
             raise
         await asyncio.to_thread(self.history.open)
-        works = (self._router.run(), self.login_keeper.run(), self._tick())
-        self._tasks = [asyncio.create_task(work) for work in works]
+        for work in (self._router.run(), self.login_keeper.run(), self._tick()):
+            self._tasks.start(work)
 
     async def close(self) -> None:
         """Let go of all: the robots go on."""
         self.shut_down()
-        await end(*self._tasks)
+        await self._tasks.end()
         with contextlib.suppress(BeckonError):
             await self.login_keeper.settle()
         if self._router is not None:
@@ -179,6 +180,9 @@ class FleetRuntime:
             self._ticked_at = now
             self.login_keeper.tick(now)
             await asyncio.sleep(TICK_PERIOD_S)
+
+    def _part_failed(self, fault: BaseException) -> None:
+        self.failure = f"A part of the fleet failed ({type(fault).__name__}). Restart the fleet."
 
     def _say(self, words: Any) -> None:
         if words:

@@ -10,7 +10,7 @@ import json
 import logging
 import re
 import time
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
@@ -30,6 +30,7 @@ from console.maps.store import checked_name, key_of, slug
 from console.part import Part
 from console.recording.service import RecordingService
 from console.speech.robot_voice import RobotVoice
+from console.workers.tasks import HeldTasks
 from core.commands.come_here import COME_HERE
 from core.commands.command import Command
 from core.commands.routes import PAUSE_ROUTE, RESUME_ROUTE, START_ROUTE
@@ -134,7 +135,7 @@ class RouteService(Part):
         self._stamp = 0.0  # [s] robot clock of the newest snapshot
         self._unwritten = ""  # what the route does, for its file
         self._writing: asyncio.Task[None] | None = None
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks = HeldTasks()
         self._own = False  # this service itself gives a command now
         self._battery: float | None = None
         self._trouble: str | None = None  # why the base could not be driven, at the last time that it could not
@@ -340,14 +341,9 @@ class RouteService(Part):
             self._notifications.tell("info", stop.text, f"{SAID} {self.clock()}")
             self._note(run, "done", Statement("routes.said", text=stop.text))
         elif stop.action == "take_a_picture":
-            self._later(self._take_picture(run, stop))
+            self._tasks.start(self._take_picture(run, stop))
         elif stop.action == "record":
-            self._later(self._record(run, max(MIN_RECORD_S, stop.wait_s)))
-
-    def _later(self, work: Coroutine[None, None, None]) -> None:
-        task = asyncio.get_running_loop().create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+            self._tasks.start(self._record(run, max(MIN_RECORD_S, stop.wait_s)))
 
     async def _take_picture(self, run: RouteRun, stop: RouteStop) -> None:
         """The newest picture as a JPEG, with where and when it was taken in its comment."""

@@ -14,7 +14,7 @@ import numpy as np
 from console.messages.audio import AUDIO_RATE, ListenMode
 from console.part import Part
 from console.speech.transcription_client import TranscriptionClient
-from console.workers.tasks import end
+from console.workers.tasks import HeldTasks, end
 from console.workers.worker import WorkerLost
 from core.errors import BeckonError, Refused
 from core.message import Array
@@ -122,7 +122,7 @@ class BrowserMicrophone(Part):
         self._turn: TalkTurn | None = None
         self._page = 0  # of the newest turn
         self._task: asyncio.Task[None] | None = None  # that reads the newest turn
-        self._reading: set[asyncio.Task[None]] = set()  # and those left from earlier turns
+        self._reading = HeldTasks()  # and those left from earlier turns
         self._warming: asyncio.Task[None] | None = None
         self._used = 0.0  # [s]
 
@@ -141,10 +141,7 @@ class BrowserMicrophone(Part):
                 raise Refused(BUSY)
             former.give_way()
         self._turn, self._page = turn, turn.page
-        task = asyncio.get_running_loop().create_task(self._read(turn, self._task))
-        self._task = task
-        self._reading.add(task)
-        task.add_done_callback(self._reading.discard)
+        self._task = self._reading.start(self._read(turn, self._task))
 
     def reject(self, words: str, page: int) -> None:
         """A command that was spoken at this page waited and was rejected."""
@@ -161,7 +158,8 @@ class BrowserMicrophone(Part):
             self._worker.kill()
 
     async def close(self) -> None:
-        await end(*self._reading, self._warming)
+        await self._reading.end()
+        await end(self._warming)
         self._worker.kill()
         await self._worker.gone()
 

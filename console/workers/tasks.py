@@ -1,11 +1,14 @@
 """Asyncio tasks: work that is seen to its end, ends that are waited for, and turns at what takes memory."""
 
 import asyncio
-from collections.abc import AsyncGenerator, Callable
+import logging
+from collections.abc import AsyncGenerator, Callable, Coroutine
 from contextlib import asynccontextmanager
 from typing import Any, TypeVar
 
 from console.http.problems import Problem
+
+log = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
@@ -26,6 +29,31 @@ async def end(*tasks: asyncio.Task[Any] | None) -> None:
     for task in begun:
         task.cancel()
     await asyncio.gather(*begun, return_exceptions=True)
+
+
+class HeldTasks:
+    """Tasks that nobody waits for: held until they end; one that fails is reported. Lives on the event loop."""
+
+    def __init__(self, failed: Callable[[BaseException], object] | None = None) -> None:
+        """`failed` is called with what ended a task; it is logged, too."""
+        self._failed, self._running = failed, set[asyncio.Task[Any]]()
+
+    def start(self, work: Coroutine[Any, Any, T]) -> asyncio.Task[T]:
+        task = asyncio.get_running_loop().create_task(work)
+        self._running.add(task)
+        task.add_done_callback(self._ended)
+        return task
+
+    async def end(self) -> None:
+        """Cancel those that run, and wait until all have ended."""
+        await end(*self._running)
+
+    def _ended(self, task: asyncio.Task[Any]) -> None:
+        self._running.discard(task)
+        if not task.cancelled() and (fault := task.exception()) is not None:
+            log.error("A task failed", exc_info=fault)
+            if self._failed is not None:
+                self._failed(fault)
 
 
 class QueueLimit:

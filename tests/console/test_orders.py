@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import io
 import json
 import math
@@ -390,7 +389,7 @@ def test_a_part_of_the_console_that_ended_is_a_reason_of_health(live: Live) -> N
     async def failing() -> None:
         raise AttributeError
 
-    live.on_loop(lambda: live.runtime.keep(asyncio.create_task(failing())))
+    live.on_loop(lambda: live.runtime.keep(failing()))
     try:
         live.until(lambda: live.ask("GET", "/api/health").status == 503)
         reasons = live.ask("GET", "/api/health").json["reasons"]

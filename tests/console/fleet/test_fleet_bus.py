@@ -364,6 +364,30 @@ def test_a_halt_that_cannot_be_read_is_a_halt(tmp_path: Path, content: bytes | N
     assert (_held_halt(tmp_path / HALT_FILE) is not None) is halts
 
 
+def test_a_list_that_cannot_be_looked_at_is_said_and_ends_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    readable = threading.Event()
+
+    def changed(_: Authority) -> float:
+        if not readable.is_set():
+            raise PermissionError(13, "Permission denied")
+        return 0.0
+
+    async def work() -> None:
+        router = RouterAlone(tmp_path).router
+        router._known = 0.0
+        monkeypatch.setattr(Authority, "changed", property(changed))
+        running = asyncio.create_task(router.run())
+        await until(lambda: "Permission denied" in router.trouble)
+        readable.set()
+        await until(lambda: router.trouble == "")
+        assert not running.done()
+        running.cancel()
+
+    run(work())
+
+
 def test_a_halt_that_is_written_after_all_is_no_trouble_any_more(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

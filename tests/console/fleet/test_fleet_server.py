@@ -26,11 +26,13 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 
 from console.access.guard import Access
-from console.access.logins import Logins
+from console.access.logins import Logins, Person
 from console.access.records import AccessFile
 from console.assembly import shown_certificate
 from console.fleet.authority import Authority, CertificateFiles
 from console.fleet.bus import FleetAddress, FleetKeyAnswer
+from console.fleet.router import FleetRouter
+from console.fleet_server.api import state
 from console.fleet_server.runtime import FleetRuntime
 from console.fleet_server.serve import create_fleet_app
 from console.http.server import configured
@@ -228,6 +230,22 @@ def test_each_role_does_what_it_may_and_a_console_is_opened_with_ones_own_role_a
             assert (await asked("GET", "/robots/r1/", ""))[1]["location"] == "/"
             assert b"command-line" in (await asked("GET", "/robots/r1/", "operator"))[2]
             assert b'<main class="docs">' in (await asked("GET", "/robots/r1/static/docs/index.md", "operator"))[2]
+
+    asyncio.run(work())
+
+
+def test_a_part_of_the_fleet_that_ended_is_said_on_its_page(tmp_path: Path) -> None:
+    authority, address = Authority(tmp_path), FleetAddress("127.0.0.1", free_port())
+    runtime = FleetRuntime(tmp_path, Access(Logins()), authority, address)
+
+    async def failing() -> None:
+        raise AttributeError
+
+    async def work() -> None:
+        runtime._router = FleetRouter(authority, address)
+        runtime._tasks.start(failing())
+        await asyncio.sleep(0.01)
+        assert (await state(runtime, Person("1", "Ann"))).trouble.startswith("A part of the fleet failed (Attr")
 
     asyncio.run(work())
 
