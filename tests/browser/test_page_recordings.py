@@ -129,6 +129,20 @@ def export_a_part(here: Visit) -> None:
     here.button("Delete").click()
 
 
+def test_the_drive_has_its_report_there_and_a_list_that_could_not_be_read_is_read_again(
+    visit: Open, console: Running
+) -> None:
+    here = visit()
+    here.page.route("**/api/recordings", lambda route: route.fulfill(body="?"))
+    here.page.goto(f"{console.url}recordings")
+    expect(here.find("recordings-list [role=status]")).to_contain_text("did not work")
+    here.page.unroute("**/api/recordings")
+    expect(here.find("recordings-list [role=status]")).to_be_hidden(timeout=LONG)
+    expect(here.find(".recording").first).to_be_visible()
+    report = here.page.get_by_role("link", name="Drive report")
+    assert "commands" in here.page.request.get(report.get_attribute("href") or "").text().lower()
+
+
 def test_a_drive_is_recorded_kept_named_deleted_and_played(visit: Open, console: Running) -> None:
     here, watching = visit(), visit(size=PHONE, theme="light", watching=True)
     record = here.find(".bar .recorder")

@@ -14,6 +14,7 @@ Object.assign(globalThis, {
   setInterval: () => 0,
 });
 const { Session } = await import("../../static/js/net/session.js");
+const { AGAIN_MS, PageModel } = await import("../../static/js/ui/page-model.js");
 const { fileOf } = await import("../../static/js/help/main.js");
 const ROOT = new URL("../../static/", import.meta.url);
 
@@ -151,4 +152,34 @@ test("a history that could not be read is read again with the next state, and a 
   of.mock.timers.enable({ apis: ["setTimeout"] });
   session.suspend();
   assert.ok(socket.sent.some((message) => /"do":"leave"/.test(message)));
+});
+
+test("what a page could not read is read again while it is open, until it was read", async (context) => {
+  context.mock.timers.enable({ apis: ["setTimeout"] });
+  let [reads, trouble] = [0, "The console is busy."];
+  class Page extends PageModel {
+    /** @override */
+    read() {
+      return this.reading(async () => {
+        reads += 1;
+        if (trouble) throw new Refusal(503, trouble);
+      });
+    }
+  }
+  const page = new Page(new Session());
+  const pass = async () => {
+    context.mock.timers.tick(AGAIN_MS);
+    for (let turn = 0; turn < 5; turn += 1) await null;
+  };
+  page.follow(true);
+  await pass();
+  await pass();
+  assert.equal(page.trouble, trouble);
+  assert.ok(reads > 1);
+  trouble = "";
+  await pass();
+  assert.equal(page.trouble, "");
+  const before = reads;
+  await pass();
+  assert.equal(reads, before);
 });

@@ -229,6 +229,17 @@ test("a refusal with suggestions stays longer, and a late row of an earlier refu
   assert.equal(shown(log, IDLE, 990 + ASKS_MS + 1), "Ready | Type.");
 });
 
+test("a refusal keeps the code of its sentence, whether the answer, the words or the row bring it", () => {
+  const code = "words.unknown_like";
+  const log = fresh();
+  log.answered(said("turn lift", false, 900, { detail: "Unknown.", code, suggestions: ["turn left"] }), 910);
+  assert.equal(log.line(IDLE, 920, READY).code, code);
+  log.heard({ ...REFUSED, code }, 1000);
+  assert.equal(log.line(IDLE, 1010, READY).code, code);
+  log.ended([row(9, "refused", { words: "turn rite", heard_as: "", code: "words.unknown" })], 1200, 1210);
+  assert.equal(log.line(IDLE, 1220, READY).code, "words.unknown");
+});
+
 test("what was meant is offered, too, where the row of a refusal comes before its answer", () => {
   const log = fresh();
   log.ended([row(9, "refused", { words: "turn lift", heard_as: "", remark: "Unknown." })], 950, 960);

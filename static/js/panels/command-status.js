@@ -88,10 +88,8 @@ const READY = {
 };
 const OFFERED = 3;
 const STAYS = ["refused", "failed"]; // for a while; who has read it dismisses it
-/** Refusals that say themselves what the offered commands are. */
-const OFFERING = ["words.unknown", "words.unknown_like", "places.other", "places.others"].map((key) =>
-  t(`console.${key}`),
-);
+/** Codes of refusals that say themselves what the offered commands are. */
+const OFFERING = ["words.unknown", "words.unknown_like", "words.did_you_mean", "places.other", "places.others"];
 const GETTING_READY = t("command-status.getting_the_ears_ready");
 
 class CommandStatus extends Panel {
@@ -261,9 +259,7 @@ class CommandStatus extends Panel {
     else if (empty) this.#suggestions.replaceChildren(this.#addPerson(), howItWorks());
     else
       this.#suggestions.replaceChildren(
-        ...(OFFERING.some((words) => line.remark.endsWith(words))
-          ? []
-          : [make("span.note", t("command-status.did_you_mean"))]),
+        ...(OFFERING.includes(line.code ?? "") ? [] : [make("span.note", t("command-status.did_you_mean"))]),
         ...suggestions.map((text) => make("button.chip", { onclick: () => void this.session.say(text, "chip") }, text)),
       );
   }

@@ -112,14 +112,11 @@ class HistoryList extends Panel {
         row.state === "refused" ? this.#offers(words, newest) : null,
         make(
           "p.note.row.record-meta",
-          timeOfDay(row.at_s),
-          dot(),
-          icon(row.source === "route" ? "pin" : row.source in SOURCES ? row.source : "rest"),
-          make("span.record-source", source),
-          dot(),
-          this.#who(row.who),
-          ...(amounts ? [dot(), make("span.record-source", amounts)] : []),
-          ...(took ? [dot(), took] : []),
+          make("span", timeOfDay(row.at_s)),
+          make("span", icon(row.source === "route" ? "pin" : row.source in SOURCES ? row.source : "rest"), source),
+          make("span", this.#who(row.who)),
+          amounts ? make("span", amounts) : null,
+          took ? make("span", took) : null,
         ),
       ),
       again,
@@ -143,8 +140,6 @@ class HistoryList extends Panel {
     return make("div.row.suggested", { role: "group", "aria-label": t("command-status.did_you_mean") }, ...chips);
   }
 }
-
-const dot = () => make("span.dot", { "aria-hidden": "true" }, "·");
 
 customElements.define("history-list", HistoryList);
 

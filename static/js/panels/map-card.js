@@ -4,6 +4,7 @@ import { address } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
 import { icon, iconButton, make, nameField, onSubmit, write } from "../ui/element.js";
 import { day, fixed } from "../ui/format.js";
+import { AGAIN_MS } from "../ui/page-model.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
 import { confirmIn, questionIn } from "../ui/row-question.js";
@@ -116,10 +117,11 @@ class MapCard extends Panel {
   }
 
   async #fetch() {
-    await this.#trouble.read(async () => {
+    const read = await this.#trouble.read(async () => {
       this.#maps = await maps.list(); // the buttons stay: one may be pressed just now
       this.#draw();
     });
+    if (!read) setTimeout(() => (this.#revision = -1), AGAIN_MS); // with the next state once more
   }
 
   async #keep() {

@@ -164,12 +164,13 @@ class MapEditor extends Panel {
     [this.#picture, this.#cells] = [picture, null];
     this.#undo.hidden = !list.edits.some(({ holds }) => holds);
     this.#redo.hidden = list.edits.every(({ holds }) => holds);
-    refill(this.#list, ...[...list.edits].reverse().map((row) => this.#row(row)));
+    const newest = list.edits.findLast(({ holds }) => holds)?.id ?? 0;
+    refill(this.#list, ...[...list.edits].reverse().map((row) => this.#row(row, newest)));
     this.#draw();
   }
 
-  /** @param {EditRow} row */
-  #row({ id, kind, by, at_s: at, holds }) {
+  /** @param {EditRow} row @param {number} newest number of the newest that holds */
+  #row({ id, kind, by, at_s: at, holds }, newest) {
     const words = t("map-editor.what_by_at", { what: DONE[kind], by, at: day(at) });
     const act = make(
       "button.button.small",
@@ -179,11 +180,11 @@ class MapEditor extends Panel {
     act.addEventListener("click", () => void this.#try(() => api.takeBack(holds ? "undo" : "redo", id)));
     const back = make(
       "button.button.small",
-      { "aria-label": t("map-editor.as_after_id", { id }), onclick: () => void this.#try(() => api.backTo(id)) },
-      t("map-editor.as_it_was_then"),
+      { "aria-label": t("map-editor.undo_all_after_id", { id }), onclick: () => void this.#try(() => api.backTo(id)) },
+      t("map-editor.undo_later_ones"),
     );
     const body = make("div.place-body", make("p", { class: holds ? "" : "note" }, words));
-    return make("li.row.place", { "data-holds": String(holds), value: id }, body, holds && back, act);
+    return make("li.row.place", { "data-holds": String(holds), value: id }, body, holds && id < newest && back, act);
   }
 
   /** @param {Tool} tool */

@@ -4,12 +4,16 @@ import { call, post, sentenceOf } from "../net/api.js";
 
 /** @import { Session } from "../net/session.js" */
 
+export const AGAIN_MS = 2000; // after which what could not be read is read again
+
 /** Client model of a page: its panels hear of every change. */
 export class PageModel {
   shown = false; // the page is open
   busy = ""; // a sentence on what is being done
   #failed = ""; // why what was asked for last did not work; it stays until something else is asked for
   #unread = ""; // why what the page shows could not be read
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #again;
   /** @type {Set<() => void>} */
   #listeners = new Set();
 
@@ -55,13 +59,16 @@ export class PageModel {
     setInterval(() => this.visible && wants() && void this.read(), period);
   }
 
-  /** Read what the page shows, and say why where it cannot be read. @param {() => Promise<unknown>} act */
+  /** Read what the page shows; where it cannot be read, say why, and try again. @param {() => Promise<unknown>} act */
   async reading(act) {
+    clearTimeout(this.#again);
     try {
       await act();
       this.#unread = "";
     } catch (refusal) {
       this.#unread = sentenceOf(refusal);
+      clearTimeout(this.#again);
+      this.#again = setTimeout(() => void (this.shown && this.read()), AGAIN_MS);
     }
     this.tell();
   }

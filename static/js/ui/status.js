@@ -14,10 +14,11 @@ import { t } from "./texts.js";
  * @property {string} remark
  * @property {string} state "" when there is nothing to report
  * @property {readonly string[]} suggestions commands that were possibly meant
+ * @property {string | null} [code] of the console's sentence in the remark
  * @property {boolean} [room] true for a voice in the room
  */
 /** @typedef {{at: number, until: number, line: StatusLine}} Fact `at`, `until` [ms]: when it happened, and until when it is shown */
-/** @typedef {{words: string, why: string, at: number, suggestions: readonly string[]}} Refusal a refusal whose history row has not arrived yet */
+/** @typedef {{words: string, why: string, at: number, suggestions: readonly string[], code: string | null}} Refusal a refusal whose history row has not arrived yet */
 
 /** @typedef {"lost" | "halted" | "hand" | "listening" | "reading" | "running"} Ongoing */
 
@@ -35,10 +36,9 @@ const STOPS = "stop_moving";
  * @param {string} words
  * @param {string} remark
  * @param {string} state
- * @param {readonly string[]} [suggestions]
  * @returns {StatusLine}
  */
-const line = (icon, words, remark, state, suggestions = []) => ({ icon, words, remark, state, suggestions });
+const line = (icon, words, remark, state) => ({ icon, words, remark, state, suggestions: [] });
 
 const STARTING = line("running", t("status.starting"), t("status.awaits_the_first_scans"), "starting");
 const LOST = line("unlinked", t("status.no_link"), t("status.commands_are_not_sent_until_it"), "lost");
@@ -136,7 +136,8 @@ export class StatusLog {
   answered({ text, answer, at }, now) {
     if (!answer.ok) {
       const row = answer.status > 0; // a command that was not sent has no history row
-      this.#refuse({ words: text, why: answer.detail ?? "", at, suggestions: answer.suggestions ?? [] }, row, now);
+      const { detail: why = "", suggestions = [], code = null } = answer;
+      this.#refuse({ words: text, why: why ?? "", at, suggestions: suggestions ?? [], code }, row, now);
     } else if (answer.detail === "stop moving") {
       if (answer.id) this.#remember(answer.id, at); // its row may come after what was said next
       this.#stoppedAt = Math.max(this.#stoppedAt, at);
@@ -148,12 +149,12 @@ export class StatusLog {
   }
 
   /** Take a transcript of the microphone of this browser. @param {Transcript} transcript @param {number} now [ms] */
-  heard({ final, accepted, heard_as, words, reason, suggestions, overtaken }, now) {
+  heard({ final, accepted, heard_as, words, reason, suggestions, code = null, overtaken }, now) {
     if (accepted && heard_as === "stop moving") this.stopped(true, now);
     if (!final) return;
     const awaited = this.#since.delete("reading");
     if (accepted || overtaken) return;
-    if (words) this.#refuse({ words, why: reason, at: now, suggestions }, true, now);
+    if (words) this.#refuse({ words, why: reason, at: now, suggestions, code }, true, now);
     else if (awaited) this.#happen(now, { ...UNHEARD, remark: reason || UNHEARD.remark });
   }
 
@@ -193,7 +194,8 @@ export class StatusLog {
     } else {
       const room = row.source === "ears" && row.state === "refused";
       const result = ending(row.remark ? row : { ...row, remark: answered?.why ?? "" });
-      this.#happen(answered?.at ?? at, { ...result, suggestions: answered?.suggestions ?? [], room }, now);
+      const { suggestions = [], code = row.code ?? null } = answered ?? {};
+      this.#happen(answered?.at ?? at, { ...result, suggestions, code, room }, now);
     }
   }
 
@@ -262,15 +264,15 @@ export class StatusLog {
   }
 
   /** @param {Refusal} refusal @param {boolean} row true when a history row will repeat it @param {number} now [ms] */
-  #refuse({ words, why, at, suggestions }, row, now) {
+  #refuse({ words, why, at, suggestions, code }, row, now) {
     const shown = this.#event;
     if (row && shown && at < shown.at && shown.line.state === "refused" && shown.line.words === words) {
-      this.#happen(shown.at, { ...shown.line, suggestions }, now); // its row came first
+      this.#happen(shown.at, { ...shown.line, suggestions, code }, now); // its row came first
       return;
     }
-    if (row) this.#refused = [...this.#refused, { words, why, at, suggestions }].slice(-MOST);
+    if (row) this.#refused = [...this.#refused, { words, why, at, suggestions, code }].slice(-MOST);
     if (at < this.#stoppedAt) return;
-    this.#happen(at, line("refused", words, outcome("refused", why), "refused", suggestions), now);
+    this.#happen(at, { ...line("refused", words, outcome("refused", why), "refused"), suggestions, code }, now);
   }
 
   /** Take the refusal that this history row repeats. @param {HistoryRow} row */

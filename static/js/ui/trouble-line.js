@@ -24,16 +24,19 @@ export class TroubleLine {
   /**
    * Read something in the background and say why it could not be read; what an act of the user's said stays.
    * @param {() => Promise<unknown>} act
+   * @returns {Promise<boolean>} whether it could be read
    */
   async read(act) {
     const ours = () => this.element.textContent === this.#ofRead;
     try {
       await act();
       if (ours()) this.say("");
+      return true;
     } catch (refusal) {
-      if (!ours() && !this.element.hidden) return;
+      if (!ours() && !this.element.hidden) return false;
       this.#ofRead = sentenceOf(refusal);
       this.say(this.#ofRead);
+      return false;
     }
   }
 
