@@ -28,6 +28,7 @@ test("what is refused becomes a notice with the sentence of the server, and the 
   assert.equal(await session.attempt(() => Promise.reject("?")), false);
   assert.deepEqual(notices, ["Another operator has control.", "That did not work."]);
   assert.equal(sentenceOf(null, "The map could not be read."), "The map could not be read.");
+  assert.equal(sentenceOf(new TypeError("null has no recordings")), "That did not work.");
 });
 
 test("there is one document, whose module alone creates a session, and every page of the shell is a module", async () => {

@@ -20,7 +20,7 @@ export class Refusal extends Error {
 
 /** @param {unknown} trouble what was thrown @param {string} [otherwise] */
 export const sentenceOf = (trouble, otherwise = t("api.that_did_not_work")) =>
-  trouble instanceof Error ? trouble.message : otherwise;
+  trouble instanceof Error && !(trouble instanceof TypeError) ? trouble.message : otherwise; // an answer that is none is no sentence
 
 /** @param {string} path relative to the page, so that the page works below any prefix of a proxy */
 export const address = (path) => new URL(path, document.baseURI);
