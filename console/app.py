@@ -84,7 +84,7 @@ def create_app(runtime: Runtime) -> FastAPI:
     app.state.description = ApiDescription(app)
     files = PageFiles(static_folder())
     routes = [route for router in ROUTERS for route in router.routes]
-    complete(app, runtime, files, [*routes, Mount("/static", files, name="static")])
+    complete(app, runtime, files, [Mount("/static", files, name="static"), *routes])  # most requests first
     return app
 
 

@@ -25,6 +25,7 @@ TEXTS = (".js", ".css", ".svg", ".json")
 VERSIONED = ("css", "img", "js", "i18n")  # folders that the page is made of
 COMMENT_LINES = re.compile(rb"^[ \t]*(?:/\*[^*]*\*+(?:[^/*][^*]*\*+)*/|//[^\n]*)[ \t]*$", re.MULTILINE)
 MARK = "v-"  # before the version
+MOST_GIVEN = 1000  # texts that are kept as they are sent
 
 
 @needs("public")
@@ -35,10 +36,13 @@ class PageFiles(StaticFiles):
         super().__init__(directory=folder)
         self._folder = folder
         self._version = ""  # of the document that was given out last
+        self._given: dict[tuple[str, str], Response] = {}  # texts of that version: where and how they were asked for
 
     def document(self, name: str = "index.html") -> str:
         """Return a document, the one of all pages, which names the files as they are now."""
-        self._version = version_of(self._folder)
+        version = version_of(self._folder)
+        if version != self._version:
+            self._version, self._given = version, {}
         text = (self._folder / name).read_text()
         for part in VERSIONED:
             text = text.replace(f'="static/{part}/', f'="static/{MARK}{self._version}/{part}/')
@@ -49,9 +53,14 @@ class PageFiles(StaticFiles):
         first, _, rest = path.partition(os.sep)
         if not first.startswith(MARK):
             return await super().get_response(path, scope)
+        asked = path, Headers(scope=scope).get("accept-encoding", "")
+        if scope["method"] == "GET" and asked in self._given:
+            return self._given[asked]
         response = await super().get_response(rest, scope)
         if first == MARK + self._version and response.status_code in (200, 304):
             response.headers.update(FOR_GOOD)
+            if type(response) is Response and len(self._given) < MOST_GIVEN:  # packed: the whole text is in it
+                self._given[asked] = response
         return response
 
     def file_response(

@@ -45,7 +45,7 @@ COMMON_TOPICS = {  # of every robot, with their types
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class RosMessage:
     """A message as it is written."""
 

@@ -50,6 +50,10 @@ def test_what_the_document_names_is_kept_for_good_until_any_file_changes(tmp_pat
     for path in before:
         answer = browser.get(path)
         assert answer.status_code == 200 and "immutable" in answer.headers["cache-control"]
+        again = browser.get(path)
+        assert (again.content, again.headers) == (answer.content, answer.headers)
+        plain = browser.get(path, headers={"accept-encoding": "identity"})
+        assert (plain.content, "content-encoding" in plain.headers) == (answer.content, False)
     main = next(path for path in before if path.endswith("/main.js"))
     version = version_of(folder)
     (folder / "js/main.js").write_text("another();")
