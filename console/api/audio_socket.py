@@ -138,7 +138,6 @@ class AudioSocket:
                 await self._socket.send_text(msgspec.json.encode(message, enc_hook=plain).decode())
 
     def _close(self, code: int, reason: str) -> None:
-        """Before the next message is taken."""
         self._closing = self._closing or CloseSocket(code, reason)
         self._closed.set()
 

@@ -165,7 +165,6 @@ class StateSocket:
             self._answer(refused(ref, error))
 
     def _answer(self, answer: messages.AnswerMessage) -> None:
-        """Send the answer when its history entry is on disk."""
         self._runtime.keep(self._answer_settled(answer))
 
     async def _answer_settled(self, answer: messages.AnswerMessage) -> None:
@@ -181,13 +180,11 @@ class StateSocket:
         return MOST_PER_SECOND * lasted if now - ended < 1.0 else 0.0
 
     def _bound(self, heard: float, most: int) -> bool:
-        """Return whether to act on a message when `heard` came within a second; too many close the socket."""
         if heard > most:
             self._viewer.close(1008, f"More than {most} messages a second.")
         return self._viewer.closing is None
 
     def _act(self, message: inbound.Up) -> messages.Down | None:
-        """Do what one message asks for → the answer, if it wants one."""
         dispatcher, person = self._runtime.dispatcher, self._person
         match message:
             case inbound.JogMessage():
@@ -221,7 +218,6 @@ class StateSocket:
             self._runtime.dispatcher.change_lease("release", self._person)
 
     def _want(self, asked: inbound.SubscriptionMessage) -> None:
-        """Camera on or off; another calibration session, or none."""
         if isinstance(asked.camera, bool):
             self._runtime.broadcaster.want(self._viewer, "camera", wanted=asked.camera)
         if asked.calibration is not msgspec.UNSET:

@@ -114,7 +114,6 @@ class CameraWorker(SessionWorker[CameraSession]):
         )
 
     def _views(self) -> list[CalibrationView]:
-        """Every view and how well it fits, the worst first."""
         found = self._session.calibration
         verdicts = {} if found is None else {each.name: each for each in found.verdicts}
         rows: list[CalibrationView] = []

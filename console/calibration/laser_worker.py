@@ -113,7 +113,6 @@ class LaserWorker(SessionWorker[LaserSession]):
         )
 
     def _views(self) -> list[CalibrationView]:
-        """Every pose and how well it fits, the worst first."""
         session, found = self._session, self._session.calibration
         fits: dict[str, tuple[str, Array]] = {}
         if found is not None:

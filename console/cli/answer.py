@@ -255,7 +255,6 @@ class ShownProgress(WorkProgress):
 
 
 def _clock_words(seconds: float) -> str:
-    """A time as a clock shows it: 0:32, 1:04:10."""
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes}:{rest:02}" if minutes < 60 else f"{minutes // 60}:{minutes % 60:02}:{rest:02}"
 

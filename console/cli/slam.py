@@ -52,7 +52,6 @@ def run(chosen: argparse.Namespace) -> int:
 
 
 def _errors(report: Any) -> list[str]:
-    """A line where the truth is known."""
     if "error" not in report:
         return []
     error = report["error"]

@@ -216,7 +216,6 @@ class ConnectionService(Part):
         return with_topics(base, choices, parts_of(base.url))
 
     def _is_free_for(self, who: Person, url: str) -> bool:
-        """Return whether a person may name this URL without a check: the robot's own, or as an administrator."""
         return who.may("admin") or url == self._robot.profile.url
 
     async def write(self, file: RobotFile, comment: str, who: Person, *, replace: bool) -> WrittenFile:

@@ -142,7 +142,6 @@ class HistoryStore:
             base.close()
 
     def _next_batch(self) -> list[HistoryEntry | Future[bool] | None]:
-        """Take the waiting entries; none when it is time to try the refused ones again."""
         batch: list[HistoryEntry | Future[bool] | None] = []
         try:
             batch.append(self._waiting.get(timeout=RETRY_S if self._refused else None))
@@ -152,7 +151,6 @@ class HistoryStore:
             return batch
 
     def _attempt(self, base: sqlite3.Connection | None, *, forget: bool) -> sqlite3.Connection | None:
-        """Write a batch → the connection, while it is good."""
         try:
             if base is not None and not self._path.exists():  # the file was removed: rows written there are lost
                 base.close()

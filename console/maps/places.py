@@ -169,5 +169,4 @@ def _spoken_routes(marks: MapMarks) -> tuple[NamedPlace, ...]:
 
 
 def _key(name: str) -> str:
-    """Return the same key for two ways to write one name."""
     return spoken_name(" ".join(name.split()))

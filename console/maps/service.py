@@ -600,7 +600,6 @@ class MapService(Part):
         self._kept_at, self._autosaved_at, self._unsaved = None, None, False
 
     def _moved_since(self, pose: Pose) -> bool:
-        """The robot has moved from there as far as it is worth keeping."""
         moved = pose.inverse() @ self.snapshot.estimate.pose
         return math.hypot(moved.x, moved.y) > UNSAVED_M
 
@@ -649,7 +648,6 @@ class MapService(Part):
 
 
 def _acts(snapshot: Snapshot) -> tuple[PilotAct, ...]:
-    """The acts of people that took effect with its frame."""
     return () if snapshot.inputs is None else snapshot.inputs.acts
 
 

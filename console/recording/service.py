@@ -313,7 +313,6 @@ class RecordingService(Part):
 
     @property
     def _replays(self) -> bool:
-        """True for a recording that is played: it is not recorded again."""
         return "replay" in self._robot.profile.capabilities
 
     @property
@@ -445,7 +444,6 @@ class RecordingService(Part):
             self._notifications.tell("error", LOST(trouble=trouble), "recorder")
 
     async def _ready(self) -> None:
-        """Have a process that knows the robot; the lock is held."""
         if self._worker.alive and self._described == self._worker.starts:
             return
         profile = self._robot.profile
@@ -480,7 +478,6 @@ class RecordingService(Part):
         await self._make_room()
 
     async def _look_at_file(self, now: float) -> None:
-        """End the file that grows where the disk runs low; go on in another one where it is long."""
         free = await asyncio.to_thread(lambda: shutil.disk_usage(self._folder).free / BYTES_PER_MB)
         if free < self._settings.free_mb:
             await self._end(Statement("recording.low_disk", free=f"{free:.0f}"))
@@ -679,7 +676,6 @@ class RecordingService(Part):
         return name
 
     def _is_taken(self, name: str) -> bool:
-        """Return whether a recording of this name, with or without our ending, is there or is being written."""
         path = self._path(name.removesuffix(ENDING))
         return any(each.exists() for each in (self._folder / name, path, path.with_name(path.name + PART)))
 

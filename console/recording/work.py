@@ -224,7 +224,6 @@ class RecorderWorker:
         return self._written
 
     def _write(self) -> None:
-        """Write what has come, for as long as the process lives."""
         while True:
             moments = self._waiting.get()
             try:
@@ -389,7 +388,6 @@ class RecorderWorker:
         return film_of(Path(job.path), job.begin_s, job.end_s, job.form)
 
     def _leave(self) -> None:
-        """The console is gone: write what has come until now."""
         self._waiting.join()
         self._end()
 

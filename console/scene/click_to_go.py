@@ -43,7 +43,6 @@ class ClickToGo:
         server.scene.on_click()(self._clicked)
 
     def _clicked(self, event: SceneClickEvent) -> None:
-        """On a thread of viser's."""
         connection = websocket_server(self._server)._live_connections.get(event.client_id)
         place = floor_point(event.ray_origin, event.ray_direction)
         if connection is not None and connection.person is not None and place is not None:

@@ -141,7 +141,6 @@ class WordListener:
         return SpokenOutcome(stopped, said, entry=entry, heard="stopped")
 
     def _stop(self, decision: Decision, said: Spoken) -> int | None:
-        """Stop the robot → the entry of the history."""
         try:
             return self._take(decision, said).id
         except Problem:  # the pilot did not take it; the robot stands all the same

@@ -207,7 +207,6 @@ class RoomTranscriber(Part):
             self._tell_behind()
 
     async def _begin(self) -> None:
-        """A worker that was started again first learns how to listen."""
         if not await self._worker.begun():
             await self._worker.begin(self.settings, array=self._array)
             log.info("%s", self._worker.engine)
@@ -245,7 +244,6 @@ class RoomTranscriber(Part):
                 tell(outcome, voice)
 
     def _is_of_motors(self, utterance: RecognizedUtterance) -> bool:
-        """Return whether the robot moved while it heard that: without words it is its own motors, most likely."""
         since, until = self._drove
         return utterance.begin <= until and utterance.end >= since
 

@@ -57,7 +57,6 @@ class LocateVoice:
         return going(step, self._person, Statement("come.bearings_cross", count=len(self._place.used)))
 
     def _wait(self, ctx: ControlContext) -> Progress:
-        """Step aside and wait until the voice is heard from there."""
         step = self._aside.drive(ctx)
         if step.state == "under way" and step.twist.moves:
             self._waits = ctx.stamp + ctx.company.listen_for

@@ -146,7 +146,6 @@ def _towards(
 
 
 def _in_view(ctx: ControlContext, call: VoiceBearing) -> bool:
-    """Return whether the camera looks to where the voice is."""
     if ctx.camera is None:
         return False
     column = Viewpoint(ctx.camera).column(wrap(call.azimuth - ctx.pose.heading))
@@ -154,7 +153,6 @@ def _in_view(ctx: ControlContext, call: VoiceBearing) -> bool:
 
 
 def _is_who(rectangle: Rectangle, ctx: ControlContext) -> bool:
-    """Return whether this may be the only person to come to."""
     if ctx.who is None or rectangle.looks is None:
         return ctx.who is None
     return alike(ctx.who.looks, rectangle.looks) >= ctx.people.alike

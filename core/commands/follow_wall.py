@@ -130,7 +130,6 @@ class FollowingWall:
         return Progress(twist=step.twist, remark=words, path=step.path, goal=step.stand)
 
     def _look(self, ctx: ControlContext) -> None:
-        """Update the line along the wall that is seen."""
         if ctx.stamp - self._looked < self.LOOK_EVERY - 1e-6:
             return
         self._looked = ctx.stamp
@@ -145,7 +144,6 @@ class FollowingWall:
         self._pursuit = Pursuit(self._line.path, ctx.steering, turn_first=turning)
 
     def _held(self, ctx: ControlContext, gone: float) -> Progress:
-        """Something holds it: back up and try again, a few times."""
         self._tries = self._tries + 1 if gone - self._tried_at < 1.0 else 1
         self._tried_at = gone
         if self._tries > self.TRIES:

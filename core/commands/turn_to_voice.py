@@ -109,7 +109,6 @@ class TurnToVoice:
 
     @property
     def _judged(self) -> bool:
-        """True when enough pictures were judged to tell that nobody is there."""
         return self._track.judged >= MIN_LOOKS
 
     def _lasted(self, ctx: ControlContext) -> float:
@@ -141,7 +140,6 @@ class TurnToVoice:
         return chosen
 
     def _keep_to(self, tracks: Sequence[PersonTrack], ctx: ControlContext) -> None:
-        """Follow people by the laser alone: the pictures are of someone else."""
         for one in tracks:
             one.follow(ctx.stamp, ctx.pose, ctx.scan_points, ctx.scan_stamp, None, None)
 
@@ -152,7 +150,6 @@ class TurnToVoice:
         return self._found[0] if len(self._found) == 1 else self._agreed_on(self._found[0], ctx)
 
     def _agreed_on(self, otherwise: PersonTrack, ctx: ControlContext) -> PersonTrack:
-        """Of those who were found the one on whom most coordinates agree."""
         agreed = self._coordinates.agreed()
         if agreed is None:
             return otherwise
@@ -185,5 +182,4 @@ class TurnToVoice:
         )
 
     def _error(self, ctx: ControlContext) -> float:
-        """Return the angle from the robot's heading to the voice [rad]."""
         return wrap(self.call.azimuth - ctx.pose.heading)

@@ -314,5 +314,4 @@ def _draw_camera(axes: Any, model: CameraModel) -> None:
 
 
 def _plotted(points: Array) -> Array:
-    """Points (…, 3) of the camera's frame → in the order of the drawing's axes: right, forward, down."""
     return points[..., [0, 2, 1]]

@@ -159,7 +159,6 @@ def _described(value: Any) -> object:
 
 
 def _array(kind: type, value: Any) -> Any:
-    """An array of a message out of JSON."""
     if get_origin(kind) is np.ndarray:
         return np.array(value)
     raise NotImplementedError(kind)

@@ -348,7 +348,6 @@ def followed(slam: EkfSlam, run: Run, still: bool) -> Iterator[int]:
 
 
 def _moves(run: Run) -> list[Increment]:
-    """The move according to every control update."""
     controls = zip(run.speeds.tolist(), run.steers.tolist(), strict=True)
     return [steered(speed, steer, run.motion.step, run.motion) for speed, steer in controls]
 

@@ -254,7 +254,6 @@ def _all(
 
 
 def _part(work: Callable[[Any], Any], part: Any) -> tuple[Any, tuple[str, int], float]:
-    """An answer, its worker, and the processor time [s]."""
     began = time.process_time()
     answer = work(part)
     return answer, (platform.node(), os.getpid()), time.process_time() - began

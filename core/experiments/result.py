@@ -113,7 +113,6 @@ def _speed(result: Mapping[str, Any]) -> list[str]:
 
 
 def _lines(result: Mapping[str, object], indent: str = "") -> list[str]:
-    """Lines `name  value`, nested ones indented."""
     lines: list[str] = []
     for name, value in result.items():
         if isinstance(value, dict):

@@ -293,13 +293,11 @@ def _work(seed: int, count: int, number: int) -> PlaceRun:
 
 @lru_cache(maxsize=1)
 def _said(seed: int, count: int) -> list[SpokenPhrase]:
-    """All phrases, once for the places of a process."""
     return spoken(np.random.default_rng(seed), [TEXT[number % len(TEXT)] for number in range(count)])
 
 
 @lru_cache(maxsize=1)
 def _person(seed: int, count: int) -> str:
-    """The person's path, likewise."""
     return close_by(open_dictation(SpeechSettings()), _said(seed, count), seed)
 
 

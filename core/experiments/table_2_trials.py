@@ -306,7 +306,6 @@ def lead_on(room: SpokenRoom, ann: tuple[float, float], robot: Pose) -> tuple[fl
 
 
 def _done(room: SpokenRoom, words: str, seconds: float) -> tuple[SentenceOutcome, str, str]:
-    """Say it and wait for its end → what was heard, the state at the end and why."""
     heard = room.command(words, MAX_TRIES)
     if heard.number is None:
         return heard, "", heard.why

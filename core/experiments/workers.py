@@ -213,7 +213,6 @@ def end_with_parent() -> None:
 
 @cache
 def _source() -> str:
-    """The installed version, and a checksum of the code of `core` that this process runs."""
     folder = Path(core.__file__).parent
     checksum = hashlib.sha256()
     for path in sorted(folder.rglob("*.py")):

@@ -377,7 +377,6 @@ class Gate:
         return ""
 
     def _obey(self, setpoint: Setpoint, age: float, now: float) -> str:
-        """Take a moving setpoint under the present lease, young enough."""
         source, press = setpoint.source, setpoint.press
         if self._deadman.console_silent(now):
             return "The console's heartbeat is missing."

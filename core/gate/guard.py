@@ -96,14 +96,12 @@ class ObstacleGuard:
         return Permitted(Twist(twist.v * part, twist.w * part), allowed, nearest, Statement("gate.reason_slowed"))
 
     def _turn(self, twist: Twist, points: list[Point]) -> Permitted:
-        """Permit turning on the spot unless a point lies inside the outline."""
         nearest = min(points, key=lambda point: math.hypot(*point), default=None)
         if nearest is None or math.hypot(*nearest) >= self._limits.radius - 2 * TOUCH_M:
             return Permitted(twist)
         return Permitted(ZERO, 0.0, nearest, Statement("gate.reason_inside"))
 
     def _points_now(self) -> list[Point]:
-        """The points seen from where the body is now."""
         x, y, heading = self._moved
         c, s = math.cos(heading), math.sin(heading)
         return [(c * (px - x) + s * (py - y), c * (py - y) - s * (px - x)) for px, py in self._points]

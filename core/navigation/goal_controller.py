@@ -116,7 +116,6 @@ class GoalController:
         return self._say("under way", left, twist=twist)
 
     def _gains(self) -> StallDetector:
-        """A fresh watch over all plans but detours, which are counted."""
         return StallDetector(self.GAIN, self.GAIN_WITHIN)
 
     @property
@@ -144,7 +143,6 @@ class GoalController:
         return GoalStep(state=state, left=left, path=way.rest, stand=way.path[-1], twist=twist, words=words)
 
     def _face(self, ctx: ControlContext) -> GoalStep:
-        """At the place: turn to what it should look at, and stay."""
         heading = self._aim.heading
         if heading is None and self._aim.keep > 0.0:
             heading = math.atan2(self._aim.y - ctx.pose.y, self._aim.x - ctx.pose.x)
@@ -156,7 +154,6 @@ class GoalController:
         return self._say("there" if settled else "under way", 0.0)
 
     def _wait(self, ctx: ControlContext, left: float) -> GoalStep:
-        """Wait for a way, then back up if something is near, then ask."""
         if ctx.stamp - self._shut_since <= self.WAIT:
             return self._say("waiting", left, self._shut)
         if self._tries < self.TRIES and self._tight(ctx):
@@ -164,7 +161,6 @@ class GoalController:
         return self._say("stuck", left, self._shut)
 
     def _stalled(self, ctx: ControlContext, left: float) -> GoalStep:
-        """Back up from what is near, or give up."""
         if not self._tight(ctx) or self._tries >= self.TRIES:
             return self._say("stuck", left, why_no_headway(ctx.scan_points, ctx.body.radius))
         self._tries += 1
@@ -173,12 +169,10 @@ class GoalController:
         return self._back(ctx)
 
     def _tight(self, ctx: ControlContext) -> bool:
-        """Return whether something is so near, ahead or at the side, that backing up may help."""
         points, radius = ctx.scan_points, ctx.body.radius
         return free_space(points, radius) < 2 * self.CAUTION or obstacle_ahead(points, radius, self.BACK) is not None
 
     def _back(self, ctx: ControlContext) -> GoalStep:
-        """Back out of a tight place, then plan again, with more room around the body where there is any."""
         assert self._back_from is not None
         if ctx.pose.distance_to(*self._back_from) < self.BACK and ctx.stamp < self._back_until:
             words = why_no_headway(ctx.scan_points, ctx.body.radius, back_up=True)
@@ -257,7 +251,6 @@ class GoalController:
 
 
 def _headway(ctx: ControlContext) -> StallDetector:
-    """A fresh watch: what stands still on purpose has lost nothing."""
     return StallDetector(0.03, ctx.steering.stalled_after)
 
 

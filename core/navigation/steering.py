@@ -131,13 +131,11 @@ class Pursuit:
         return self.left(pose) + 0.2 * abs(pose.bearing_to(*self._carrot()))
 
     def _advance(self, pose: Pose) -> None:
-        """Advance to the nearest point of the path, never behind the one before."""
         window = self.path[self._at : self._at + 40]
         gaps = np.hypot(window[:, 0] - pose.x, window[:, 1] - pose.y)
         self._at += int(gaps.argmin())
 
     def _carrot(self) -> tuple[float, float]:
-        """The point of the path one lookahead further on."""
         ahead = int(np.searchsorted(self._travel, self._travel[self._at] + self._settings.lookahead))
         x, y = self.path[min(ahead, len(self.path) - 1)]
         return float(x), float(y)

@@ -233,7 +233,6 @@ def _lengths(cells: Array, start: int, link: float) -> Array:
 
 
 def _between(a: Array, b: Array) -> Array:
-    """Points (K, 2) [m] on the line from a to b."""
     return a + np.linspace(0, 1, 2 + math.ceil(math.dist(a, b) / 0.03))[:, None] * (b - a)
 
 

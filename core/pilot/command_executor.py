@@ -108,7 +108,6 @@ class CommandExecutor:
         self._next = None
 
     def _adopt(self, accepted: AcceptedCommand, stamp: float, action: Action | None = None) -> None:
-        """Make this the active command, in place of the other."""
         self._next = None
         self.end("pre-empted", _came_after(accepted))
         self._command, self._action, self.active_command = accepted.command, action, _active_command(accepted, stamp)
@@ -122,7 +121,6 @@ class CommandExecutor:
             self._end_next("refused", str(refusal))
 
     def _action_of(self, command: Command, ctx: ControlContext) -> Action:
-        """Begin a command. Raises Refused."""
         kind = spec_of(command.name)
         if self._dry and kind.target == "person":
             return DryRun(command, ctx)

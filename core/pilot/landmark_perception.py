@@ -122,7 +122,6 @@ class LandmarkPerception:
         return age < LOOK_AT_REST or not self._has_changed(image)
 
     def _has_changed(self, image: Image) -> bool:
-        """True where a part of the picture is brighter or darker than in the one that was looked at last."""
         small = _shrunk(image.pixels)
         last = self._small
         return last is None or last.shape != small.shape or float(np.abs(small - last).max()) > MIN_BRIGHTNESS_STEP
@@ -140,7 +139,6 @@ class LandmarkPerception:
         return float(np.mean(np.abs(scan.ranges[known] - ranges) > least)) <= MAX_CHANGED_BEAMS_SHARE
 
     def _judge(self, image: Image, wheels: Wheels | None) -> None:
-        """Judge the picture's quality, and note since when none could be used."""
         settings = self._settings.image_quality
         turn_rate = wheels.turn_rate if wheels else 0.0
         quality = judge(image, turn_rate=turn_rate, settings=settings, edges=self._settings.edges)
@@ -248,7 +246,6 @@ class LandmarkPerception:
     def _pairs(
         self, corners: tuple[Corner, ...], edges: tuple[ImageEdge, ...], stamp: float, wheels: Wheels | None
     ) -> tuple[EdgePair, ...]:
-        """Pair corners and edges to check the camera's mount."""
         if self.camera is None:
             return ()
         elapsed = self._edges_stamp - stamp
@@ -257,5 +254,4 @@ class LandmarkPerception:
 
 
 def _shrunk(pixels: Array) -> Array:
-    """A picture (H, W) or (H, W, 3) uint8 → the mean brightness of its cells, float32."""
     return cv2.resize(pixels, None, fx=1 / CELL_PX, fy=1 / CELL_PX, interpolation=cv2.INTER_AREA).astype(np.float32)

@@ -116,7 +116,6 @@ class Pilot:
         self._reset(math.inf)
 
     def _reset(self, stamp: float) -> None:
-        """Reset everything: before the first frame, and after a jump back in a recording."""
         settings = self._settings
         self._stamp = stamp
         self._sensors, self._repeats = SensorWatch(self._profile, stamp), RepeatedReadings(self._profile)
@@ -206,7 +205,6 @@ class Pilot:
         self._act(saved)
 
     def _act(self, act: PilotAct) -> None:
-        """Do this before the next frame, and remember that it was done."""
         self._inbox.put(lambda _: self._perform(act), act)
 
     def keep_map(self) -> SavedMap:
@@ -370,7 +368,6 @@ class Pilot:
 
     @property
     def _is_blind(self) -> bool:
-        """True for a robot of which nothing says how it moves."""
         return self._profile.drives and not self._profile.odometry and not self._profile.lasers
 
     def _decide(self, frame: SensorFrame, motion: Motion, pose: Pose) -> Twist:
@@ -400,7 +397,6 @@ class Pilot:
 
     @property
     def _grid(self) -> OccupancyGrid:
-        """The map with the edits of people."""
         seen, known = self._mapper.grid, self._edited
         if known is None or known[0] is not seen or known[1] is not self._edits:
             self._edited = known = seen, self._edits, self._edits.on(seen)
@@ -437,7 +433,6 @@ class Pilot:
 
     @property
     def _needs_a_place(self) -> bool:
-        """True while a command is under way that moves the robot to a place."""
         return bool(self._doing) and self._profile.drives and _goes_to_a_place(self._doing)
 
     def _surroundings(self, frame: SensorFrame, motion: Motion, pose: Pose) -> ControlContext:
@@ -566,7 +561,6 @@ class Pilot:
 
 
 def _goes_to_a_place(name: str) -> bool:
-    """Return whether a command moves the robot and has to know where it is."""
     return spec_of(name).moves and spec_of(name).needs_pose
 
 

@@ -156,7 +156,6 @@ class AsRecorded:
         )
 
     def _see(self, frame: SensorFrame, pose: Pose) -> None:
-        """Draw a scan where the robot was that day."""
         if frame.scan is None:
             return
         laser = self._lasers.get(frame.scan.laser, self._laser)
@@ -314,7 +313,6 @@ def landmarks_with(drive: DriveRecording, grid: Envelope) -> tuple[Landmark, ...
 
 
 def _edges(snapshot: Snapshot) -> list[tuple[float, ...]]:
-    """The edges of the newest picture, as numbers that are compared."""
     view = snapshot.view
     return [] if view is None else [(*edge.top, *edge.bottom, edge.bearing, edge.step) for edge in view.edges]
 

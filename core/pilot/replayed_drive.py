@@ -227,7 +227,6 @@ class ReplayedDrive(PlayedRecording):
         return self._with_carried(frame), True
 
     def _with_carried(self, frame: SensorFrame | None) -> SensorFrame | None:
-        """The frame with the newest readings before it, after a seek."""
         if frame is None or self._carried is None:
             return frame
         carried, self._carried = self._carried, None
@@ -342,7 +341,6 @@ class ReplayedDrive(PlayedRecording):
         self._show_one()
 
     def _show_one(self) -> None:
-        """While it waits: show one frame, and wait again."""
         if not self._playing:
             self._playing = self._waits = True
 
@@ -389,7 +387,6 @@ class ReplayedDrive(PlayedRecording):
 
 
 def _newest(moments: list[DriveMoment], reading: str) -> int | None:
-    """The number of the newest moment with this reading."""
     for number in reversed(range(len(moments))):
         record = moments[number].record
         if record is not None and getattr(record, reading) is not None:

@@ -140,7 +140,6 @@ def recovery(status: SensorStatus, alone: bool) -> str:
 
 
 def _named(code: str, status: SensorStatus, alone: bool) -> Statement:
-    """Say which one, where there are several."""
     if alone or not status.name or status.kind not in ("laser", "camera"):
         return Statement(code)
     return Statement(f"{code}_of", name=status.name)

@@ -144,7 +144,6 @@ class SoundPerception:
         self._power = max(power, self._power * math.exp(-sound.duration / LEVEL_FADE_S))
 
     def _judge_array(self, heard: tuple[HeardDirections, ...]) -> None:
-        """Ask at the end of utterances whether the newest ones fit the array."""
         over = [one.directions for one in heard if one.end is not None and one.directions]
         if not over or self._array is None:
             return

@@ -74,7 +74,6 @@ def _shown(drive: DriveRecording, begin_s: float) -> AsRecorded | ComputedNow:
 
 
 def _camera_picture(pixels: Array | None) -> Array:
-    """The newest picture of the camera, on its panel."""
     panel = np.full((FILM_HEIGHT, CAMERA_WIDTH, 3), BACKGROUND, np.uint8)
     if pixels is not None:
         scale = min(CAMERA_WIDTH / pixels.shape[1], FILM_HEIGHT / pixels.shape[0])

@@ -189,7 +189,6 @@ def _evidence(values: Array) -> Array:
 
 
 def _member(box: zipfile.ZipFile, member: zipfile.ZipInfo, most: int) -> bytes:
-    """Content of a zip's member, at most so many bytes."""
     with box.open(member) as file:
         content = file.read(most + 1)
     if len(content) > most:
@@ -276,7 +275,6 @@ def _check_size(width: int, height: int) -> None:
 
 
 def _shades(pixels: Array, mode: Nav2Mode) -> tuple[Array, Array]:
-    """Pixels (rows, columns, channels) → their shade, 0 black to 1 white, and which are opaque."""
     channels = pixels.shape[2]
     colours = pixels if channels in (1, 3) else pixels[..., :-1]
     opacity = np.full(pixels.shape[:2], 255, np.uint8) if channels in (1, 3) else pixels[..., -1]

@@ -178,7 +178,6 @@ def _cut(piece: Array) -> list[Array] | None:
 
 
 def _halves(piece: Array) -> list[Array]:
-    """A piece in two, across its longer side."""
     spans = [np.flatnonzero(piece.any(axis=1 - axis)) for axis in (0, 1)]
     axis = int(len(spans[1]) > len(spans[0]))
     return _split(piece, int(spans[axis][len(spans[axis]) // 2]), axis)
@@ -191,7 +190,6 @@ def _split(piece: Array, at: int, axis: int) -> list[Array]:
 
 
 def _ring(piece: Array) -> Array:
-    """Corners (N, 2) column, row of a piece without holes, counter-clockwise, only those where its edge turns."""
     padded = np.pad(piece, 1)
     inner = padded[1:-1, 1:-1]
     sides = {

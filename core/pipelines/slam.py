@@ -155,7 +155,6 @@ def _own(path: Path, settings: Settings, progress: WorkProgress, sensors: Chosen
 def _scans(
     recording: ScanRecording, settings: Settings, progress: WorkProgress, sensors: ChosenSensors | None
 ) -> SlamResult:
-    """Scans go through the pilot itself, frame by frame."""
     taken = ((frame, False) for frame in recording)
     return _result(recording, _steered(profile_of(recording), settings, taken, len(recording), progress, sensors))
 

@@ -101,7 +101,6 @@ def report_html(run: SlamResult, settings: Settings) -> str:
 
 
 def _facts(run: SlamResult) -> list[tuple[str, str]]:
-    """Names, and values with their units."""
     return [
         ("form", f"{run.report.form}: {', '.join(run.report.topics)}".rstrip(": ")),
         ("readings", f"{len(run.poses)} over {run.stamps[-1] - run.stamps[0]:.1f} s"),
@@ -205,7 +204,6 @@ def _timing(step_ms: Array) -> str:
 
 
 def _settings(settings: Settings) -> Iterable[str]:
-    """Yield the settings that differ from the defaults, and all of them."""
     usual, changed, every = Settings(), list[tuple[str, str]](), list[tuple[str, str]]()
     for section in fields(settings):
         values, defaults = getattr(settings, section.name), getattr(usual, section.name)

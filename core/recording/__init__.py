@@ -90,7 +90,6 @@ def ros_form(path: Path) -> tuple[str, Messages] | None:
 
 
 def _form_of(place: Path) -> str:
-    """How the name of a file should end."""
     head = first_bytes(place, 16)
     return next((form for magic, form in MAGIC.items() if head.startswith(magic)), place.suffix.lower())
 
@@ -108,7 +107,6 @@ def _file(place: Path, number: int | None, ids: Ids, still: bool, settings: LogS
 
 
 def _split(path: str) -> tuple[Path, int | None, bool]:
-    """A path with or without `#number` → path, number, whether it is a folder."""
     before, mark, after = path.rpartition("#")
     try:
         if not mark or Path(path).exists():

@@ -150,7 +150,6 @@ def read_json_lines(path: Path, settings: LogSettings) -> ScanRecording:
 
 
 def _fault(problem: str) -> str:
-    """Return what is wrong with a record, from the place that msgspec names."""
     if "$.ranges[" in problem:
         return "its ranges are no numbers"
     if "$.ranges" in problem:

@@ -253,7 +253,6 @@ def _records(file: IO[bytes]) -> Iterator[tuple[int, int, McapRecord]]:
 
 
 def _free(path: Path) -> Path:
-    """The path, or one like it where something stands already."""
     number, free = 1, path
     while free.exists():
         number += 1

@@ -98,7 +98,6 @@ def recorded_sound(path: Path, settings: LogSettings, tally: ReadReport, progres
 
 
 def _joined(pieces: tuple[Sound, ...]) -> Sound:
-    """Pieces of one form → one sound with silence between them."""
     first, samples = pieces[0], [pieces[0].samples]
     length = len(samples[0])
     for piece in pieces[1:]:

@@ -82,7 +82,6 @@ class _ChosenOdometry:
 
 
 def _is_of_wheels(name: str, topic: _OdometryTopic) -> bool:
-    """Return whether an odometry is that of the wheels by its name, and says a heading."""
     headings = np.array(topic.rows).reshape(-1, 7)[:, 4]
     return not OTHER_ODOMETRY.search(name) and bool(np.mean(np.isfinite(headings)) > 0.5)
 

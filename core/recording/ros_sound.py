@@ -210,7 +210,6 @@ def _described(content: Any) -> SampleForm:
 
 
 def _measured(topic: _SoundTopic) -> tuple[SampleForm, str]:
-    """The usual form that fits the bytes per second, and why."""
     (_, first, _), (_, last, place) = topic.blocks[0], topic.blocks[-1]
     per_second = place / (last - first) if last > first else 0.0
     for rate, channels in USUAL_FORMS:

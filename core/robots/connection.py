@@ -149,7 +149,6 @@ def describe(
 
 
 def _whole(profile: Profile) -> FoundPart:
-    """A robot that is not made of devices."""
     return FoundPart(
         name=profile.url,
         up=True,
@@ -212,7 +211,6 @@ def _flat(mounting: Pose) -> tuple[float, float, float]:
 
 
 def _short(value: float) -> float:
-    """Rounded, and never −0."""
     return round(value, DECIMAL_DIGITS) + 0.0
 
 

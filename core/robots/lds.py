@@ -209,7 +209,6 @@ class LidarDevice(Device):
         self._driver.start()
 
     def _next_point(self) -> Any:
-        """The next point; None when the link is gone or lds2d stumbles over what came."""
         try:
             return next(self._points, None)
         except (OSError, ValueError, LookupError, ArithmeticError, struct.error):

@@ -253,7 +253,6 @@ class Readings:
             return frame
 
     def _heading(self, stamp: float) -> float:
-        """The heading of the odometry [rad] at that time [s], as far as it is known."""
         with self._lock:
             known = self._here.wheels
         return 0.0 if known is None else known[1].odometry.heading + known[1].turn_rate * (stamp - known[0])
@@ -299,7 +298,6 @@ class Readings:
         return replace(wheels.carried(max(stamp - taken, 0.0)), rate=self._rate())
 
     def _count(self, now: float) -> None:
-        """Count a reading of the wheels."""
         came = self._here.rolled
         came.append(now)
         while came[0] < now - RATE_WINDOW_S:

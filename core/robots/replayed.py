@@ -216,7 +216,6 @@ class ReplayedRobot(PlayedRecording):
 
     @property
     def _due(self) -> bool:
-        """True while a scan is waiting for its frame."""
         scans = self._recording.scans
         return self._next < len(scans) and logged_stamp(scans[self._next]) <= self._clock
 

@@ -366,7 +366,6 @@ def without_lock(file: RobotFile, parts: Sequence[str]) -> RobotFile:
 
 
 def _without(part: str, key: str) -> str:
-    """A part of a URL without one key of its query."""
     address, _, query = part.partition("?")
     kept = [pair for pair in query.split("&") if pair and pair.partition("=")[0] != key]
     return "?".join(filter(None, (address, "&".join(kept))))
@@ -388,7 +387,6 @@ def toml_text(file: RobotFile, comment: str = "") -> str:
 
 
 def _entries(table: msgspec.Struct) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
-    """The entries of a table that differ from their defaults: plain ones, and tables."""
     plain: dict[str, Any] = {}
     tables: dict[str, dict[str, Any]] = {}
     for field in msgspec.structs.fields(table):

@@ -182,7 +182,6 @@ class RosbridgeRobot(RosSocket):
         self._types = pairs
 
     def _name(self, kind: str) -> str:
-        """A type as the robot's ROS writes it."""
         return kind.replace("/msg/", "/") if self.types.encoding == "ros1" else kind
 
     def _say(self, **fields: Any) -> None:

@@ -287,7 +287,6 @@ class ScipLaser(Device):
         return False
 
     def _recover(self, lines: Sequence[bytes], status: bytes) -> None:
-        """Leave the mode in which `QT` was answered by these lines."""
         if status == b"0E":
             self._link.write(b"TM2\n")
         elif len(lines) > 1 and lines[1].startswith(b"E"):
@@ -340,7 +339,6 @@ class ScipLaser(Device):
         return best[1] if best else None
 
     def _read(self, timeout: float) -> None:
-        """Take in what comes, reply by reply."""
         self._buffer += self._link.read(timeout)
         *replies, rest = bytes(self._buffer).split(b"\n\n")
         self._buffer = bytearray(rest if len(rest) < LARGEST_REPLY else b"")

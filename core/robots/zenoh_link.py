@@ -157,7 +157,6 @@ class ZenohRobot(RosDevice):
         )
 
     def _listen(self, link: ZenohConnection, seconds: float, enough: Callable[[], object]) -> None:
-        """Hear the robot out for so long at most, or until it is enough."""
         end = time.monotonic() + seconds
         while not enough() and time.monotonic() < end:
             self._take(link, TICK_S)
@@ -165,7 +164,6 @@ class ZenohRobot(RosDevice):
                 raise Unavailable(f"The zenoh router at {self.address.name} hung up.")
 
     def _take(self, link: ZenohConnection, patience: float) -> None:
-        """Hear all that waits, or the next that comes."""
         arrived, sensors = link.waiting.take(patience), self.sensors
         fresh = sum(topic not in self._latched for topic, _, _ in arrived)
         self._arrived.extend([time.monotonic()] * min(fresh, LIVELY_MESSAGES))
@@ -174,14 +172,12 @@ class ZenohRobot(RosDevice):
                 sensors.take(topic, payload, publisher)
 
     def _is_silent(self) -> bool:
-        """Return whether a robot that has sent many messages sends none any more."""
         times = self._arrived
         lively = len(times) == LIVELY_MESSAGES and times[-1] - times[0] < LIVELY_SPAN
         self._fell_silent = lively and time.monotonic() - times[-1] > MAX_SILENCE_S
         return self._fell_silent
 
     def _listens(self, link: ZenohConnection, topics: RosTopics) -> bool:
-        """Return whether the robot's base is there to hear speeds."""
         return bool(link.graph.of_topic(topics.cmd_vel, topics.cmd_vel_type, publishes=False))
 
     def _advertise_speeds(self, topics: RosTopics) -> None:

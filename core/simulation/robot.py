@@ -264,7 +264,6 @@ class SimulatedRobot:
 
 
 def _cameras(settings: SimulationSettings) -> tuple[Camera, ...]:
-    """The camera, if there is one, and the one beside it, if there is."""
     first = Camera(rate=settings.camera_rate)
     shift = np.array([0.0, -settings.second_camera, 0.0])
     mounting = replace(first.mounting, translation=first.mounting.translation + shift)

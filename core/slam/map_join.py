@@ -114,7 +114,6 @@ def grid_of(saved: SavedMap, parts: MapperSettings) -> OccupancyGrid:
 
 
 def _finished(work: Generator[None, None, T]) -> T:
-    """Do all of a work at once."""
     while True:
         try:
             next(work)
@@ -127,7 +126,6 @@ def _poses(saved: SavedMap) -> list[Pose]:
 
 
 def _spread(poses: Array, most: int) -> list[int]:
-    """Numbers of at most so many views, as far from each other as they can be."""
     chosen = [0]
     away = np.hypot(*(poses[:, :2] - poses[0, :2]).T)
     while len(chosen) < min(most, len(poses)) and away.max() > SAME_PLACE_M:

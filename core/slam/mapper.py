@@ -224,7 +224,6 @@ class Mapper:
         self._global_grid.finish(self.submaps.active.id)
 
     def _begin_in_loaded_map(self, stamp: float) -> None:
-        """With the first frame in a loaded map the search for the robot's place begins."""
         if self._enters:
             self._enters = False
             self._monitor.begin(stamp, "this map was just loaded", self.grid, self._believed, asked=True)
@@ -256,13 +255,11 @@ class Mapper:
         self.submaps.active.see(seen.sightings, view)
 
     def _correct_by_edges(self, seen: FramePerception) -> None:
-        """Correct by vertical edges of which only bearings are seen."""
         if seen.edges is not None and not self._monitor.lost:
             active = self.submaps.active
             active.edges.see(seen.edges, None if seen.beams is None else seen.beams.points)
 
     def _correct_by_voices(self, voices: BearingSet | None) -> None:
-        """Correct by directions of voices: a talker who stands is a landmark."""
         if voices is not None and not self._monitor.lost:
             active = self.submaps.active
             active.voices.see(voices)
@@ -287,7 +284,6 @@ class Mapper:
         self._points = pose.apply(beams.points)
 
     def _relocalize(self, stamp: float, seen: FramePerception, motion: Motion, may_turn: bool) -> None:
-        """Take one step of the search for the robot's place, if it is lost."""
         found = self._monitor.search(stamp, motion.increment.pose, seen.beams, may_turn)
         if found is not None:
             believed = self.estimate.pose
@@ -311,7 +307,6 @@ class Mapper:
         self._apply_graph()
 
     def _apply_graph(self) -> None:
-        """Update everything that depends on the map's shape."""
         if self._revision != self.graph.revision:
             self._revision = self.graph.revision
             self.submaps.respread()

@@ -77,7 +77,6 @@ class MotionHistory:
 
 
 def _part(move: Increment, first: float, last: float) -> Increment:
-    """The part of an even move between two shares of its time."""
     if (first, last) == (0.0, 1.0):
         return move
     pose = _share(move.pose, first).inverse() @ _share(move.pose, last)
@@ -85,7 +84,6 @@ def _part(move: Increment, first: float, last: float) -> Increment:
 
 
 def _share(pose: Pose, share: float) -> Pose:
-    """A share of a small move along its arc."""
     chord = share * np.sinc(0.5 * share * pose.heading / np.pi) / np.sinc(0.5 * pose.heading / np.pi)
     ahead = rotation(-0.5 * pose.heading * (1.0 - share)) @ (chord * pose.x, chord * pose.y)
     return Pose(float(ahead[0]), float(ahead[1]), share * pose.heading)

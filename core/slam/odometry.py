@@ -65,7 +65,6 @@ class Odometry:
         return Motion(increment, self._scans.wheels, by_scans=True, scanned=self._scans.taken)
 
     def _by_wheels(self, frame: SensorFrame, wheels: Wheels, scan: Scan | None) -> Motion:
-        """The move by wheels, as long as they can be right."""
         elapsed, self._stamp = frame.stamp - self._stamp, frame.stamp
         increment = self._track.step(frame.stamp, wheels)
         self._agreement.update(frame.stamp, wheels, scan, fresh=frame.wheels is not None)

@@ -49,6 +49,5 @@ def _vowel(rng: np.random.Generator, pitch: float, duration: float, rate: int) -
 
 
 def _hiss(rng: np.random.Generator, duration: float, rate: int) -> Array:
-    """A consonant: bright noise that swells and dies."""
     noise = np.diff(rng.normal(size=int(duration * rate) + 1))
     return noise * np.hanning(len(noise)) * rng.uniform(0.1, 0.5)

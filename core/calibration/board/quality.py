@@ -121,7 +121,6 @@ def miscount_words(seen: Board, board: Board) -> str:
 
 
 def _are_squares(seen: Board, board: Board) -> bool:
-    """Return whether the squares were counted of the board that is seen."""
     return (seen.columns, seen.rows) == (board.columns - 1, board.rows - 1)
 
 
@@ -326,7 +325,6 @@ def _crossing(grey: Array, mapping: Array, places: Array) -> Array:
 
 
 def _levels(grey: Array, mapping: Array, places: Array) -> Array:
-    """Grey levels (...) at places (..., 2) in squares."""
     seen = np.concatenate((places, np.ones((*places.shape[:-1], 1))), axis=-1) @ mapping.T
     return sample(grey, seen[..., :2] / seen[..., 2:])
 

@@ -208,7 +208,6 @@ def _read_xml(text: str) -> dict[str, Any]:
 
 
 def _xml_value(node: ElementTree.Element) -> Any:
-    """A node → a mapping, numbers, a number or a text."""
     if len(node):
         return {child.tag: _xml_value(child) for child in node}
     words = (node.text or "").split()
@@ -243,7 +242,6 @@ def _kalibr_matrix(document: dict[str, Any]) -> Any:
 
 
 def _size(document: dict[str, Any]) -> Any:
-    """Width and height under any of their names."""
     for width, height in (("image_width", "image_height"), ("width", "height"), ("img_width", "img_height")):
         if width in document or height in document:
             return [document.get(width), document.get(height)]
@@ -305,7 +303,6 @@ def _model(size: Any, matrix: Any, distortion: Any, kind: str) -> CameraModel:
 
 
 def _pinhole(matrix: Any) -> tuple[float, float, float, float]:
-    """A camera matrix → fx, fy, cx, cy."""
     camera = np.array(_numbers(matrix, "camera matrix", (9,))).reshape(3, 3)
     if not np.array_equal(camera[2], [0, 0, 1]) or camera[1, 0] != 0 or camera[0, 1] != 0:
         raise BadInput("the camera matrix must read [fx 0 cx; 0 fy cy; 0 0 1]")

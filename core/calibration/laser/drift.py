@@ -200,7 +200,6 @@ class MountWatch:
         return pose.distance_to(last.x, last.y) >= settings.step or turned >= settings.turn
 
     def _place(self, place: Array) -> int:
-        """The number of the corner that stands there."""
         if self._places:
             away = np.hypot(*(np.array(self._places) - place).T)
             if away.min() < self._settings.apart:

@@ -165,7 +165,6 @@ def _solve(
 
 
 def _points_on(pose: LaserPose, beams: Array) -> tuple[Plane, Array]:
-    """The board's plane, and where beams met it (K, 3) [m] in the laser frame."""
     return pose.board.plane, pose.scan.rays[beams] * pose.scan.ranges[beams][:, None]
 
 
@@ -184,7 +183,6 @@ def _range_sd(poses: Sequence[LaserPose], beams: Sequence[Array]) -> float:
 
 
 def _seen(beams: Sequence[Array]) -> int:
-    """Poses in which any beam was taken for the board."""
     return sum(len(each) > 0 for each in beams)
 
 
@@ -193,7 +191,6 @@ def _enough(beams: Array) -> Array:
 
 
 def _reason(fit: tuple[bool, float] | None, found: Extrinsics) -> str:
-    """The reason why a pose is not used, or ''."""
     if fit is None:
         return "the laser does not meet the board: hold it at the laser's height, nearer, away from walls"
     used, chi2 = fit

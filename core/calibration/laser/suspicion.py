@@ -163,7 +163,6 @@ def _rival(
 
 
 def _may_be_metres(poses: Sequence[LaserPose], factor: float) -> bool:
-    """Return whether most scans have a range near their board's distance from the camera, in this unit."""
     off: list[float] = []
     for pose in poses:
         distance = float(np.linalg.norm(pose.board.translation))

@@ -74,7 +74,6 @@ def gradient_noise(across: float, along: float) -> float:
 
 
 def _lit(light: ExposureMeasure, settings: PictureSettings) -> Preprocessing:
-    """Gain, and gamma where the brightest parts forbid more gain."""
     wanted = settings.level / max(light.level, 1e-3)
     if wanted < settings.idle:
         return NOTHING

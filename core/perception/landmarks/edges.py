@@ -189,7 +189,6 @@ def _longest(group: Array, gap: float) -> Array:
 
 
 def _step(across: Array, top: int, bottom: int, column: int) -> float:
-    """Mean slope across an edge over all its rows."""
     left, right = max(column - 1, 0), min(column + 2, across.shape[1])
     return float(across[top : bottom + 1, left:right].mean())
 

@@ -166,7 +166,6 @@ class Sweep:
         return np.maximum(self.settings.noise_floor, self.settings.noise_ratio * ranges)
 
     def _is_straight(self, first: int, last: int) -> bool:
-        """Return whether samples `first` to `last` are one line within the noise."""
         if last - first < 2:
             return True
         x, y, ux, uy, residual = self._axes(first, last)

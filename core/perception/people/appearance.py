@@ -140,7 +140,6 @@ def _covariances(parts: tuple[int, ...]) -> tuple[Array, Array]:
 
 
 def _normal_ratio(off: Array, same: Array, other: Array) -> float:
-    """Log ratio of two normal densities with these covariances."""
     squares = off @ np.linalg.solve(same, off) - off @ np.linalg.solve(other, off)
     return float(-0.5 * (squares + np.linalg.slogdet(same)[1] - np.linalg.slogdet(other)[1]))
 

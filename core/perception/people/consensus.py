@@ -153,7 +153,6 @@ class _Table:
         return Consensus(position=place, score=score, used=tuple(np.flatnonzero(gains > 0).tolist()))
 
     def _support(self, sense: Sense, gains: Array) -> float:
-        """0..1: of voices the mean over the moments of the words, in each of which a place counts once."""
         own = self._senses == sense
         if sense == "sound":
             moments = set(self._stamps[own].tolist())

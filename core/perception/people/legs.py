@@ -102,7 +102,6 @@ def _free_pieces(points: Array) -> list[Array]:
 
 
 def _alone(piece: Array, number: int) -> LegCluster:
-    """One leg, or two that touch."""
     middle = _middle(piece)
     gaps = np.flatnonzero(np.hypot(*np.diff(piece, axis=0).T) > MIN_GAP_M) + 1
     parts = np.split(piece, gaps.tolist())

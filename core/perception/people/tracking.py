@@ -177,7 +177,6 @@ class PersonTrack:
             self._first(call, answered.stamp, answered.pose, None, None, answered.legs)
 
     def _is_who(self, rectangle: Rectangle) -> bool:
-        """Return whether this may be the person who is searched for."""
         if self._who is None or rectangle.looks is None:
             return self._who is None
         return alike(self._who.looks, rectangle.looks) >= self._settings.alike
@@ -307,7 +306,6 @@ class PersonTrack:
         return own, [one for one in found if one is not own]
 
     def _fits(self, rectangle: Rectangle, here: Pose) -> bool:
-        """Return whether a rectangle, seen from `here`, stands where the person is expected."""
         x, y = self._state[:2].tolist()
         distance = here.distance_to(x, y)
         doubt = math.sqrt(float(np.linalg.eigvalsh(self._covariance[:2, :2])[-1])) + DISTANCE_SD * distance
@@ -490,7 +488,6 @@ class PersonTrack:
         return True
 
     def _hide(self) -> None:
-        """Nothing new: where they are by the prediction."""
         seen = self._seen
         assert seen is not None
         if self._stamp - self.measured > 0.3:

@@ -53,7 +53,6 @@ def likeliest(heard: Sequence[VoiceBearing]) -> tuple[VoiceBearing, ...]:
 
 
 def _agreement(one: VoiceBearing, other: VoiceBearing) -> float:
-    """Strength with which the other bearing is heard in the direction of the one."""
     miss = wrap(one.azimuth - other.azimuth) ** 2 / (one.sd**2 + other.sd**2)
     return other.strength * max(0.0, 1 - miss / GATE_CHI2)
 

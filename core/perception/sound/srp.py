@@ -120,7 +120,6 @@ def _frame(within: Array) -> Array:
 
 
 def _onto(within: Array) -> Array:
-    """Back onto the sphere, or into the disk."""
     length = float(np.linalg.norm(within))
     return within / length if len(within) == 3 or length > 1 else within
 

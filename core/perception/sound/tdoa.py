@@ -118,7 +118,6 @@ def _times_of(array: MicrophoneArray, lags: Array) -> Array:
 
 
 def _differences(array: MicrophoneArray) -> Array:
-    """(P, M): leads of the microphones → lags of the pairs."""
     one = np.eye(len(array.positions))
     return one[array.pairs[:, 1]] - one[array.pairs[:, 0]]
 

@@ -120,7 +120,6 @@ def _offset(voice: Voice, towards: Array) -> Array:
 
 
 def _distance(voice: Voice, direction: Direction) -> float:
-    """Squared Mahalanobis distance."""
     offset = _offset(voice, direction.towards)
     return float(offset @ np.linalg.solve(voice.covariance + direction.covariance, offset))
 

@@ -83,7 +83,6 @@ class RosClocks:
         return self._newest[topic]
 
     def _agreeing(self, own: float, received: float) -> DeviceClock:
-        """The clock that a stamp is most likely of, or a new one."""
         for clock in self._clocks:
             if clock.offset is not None and abs(received - own - clock.offset) < SAME_CLOCK:
                 return clock
@@ -422,7 +421,6 @@ class RosSensors:
         )
 
     def _camera(self) -> Camera | None:
-        """The camera, if a picture has come."""
         if self._view is None:
             return None
         frame, width, height = self._view

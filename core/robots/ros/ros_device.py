@@ -155,7 +155,6 @@ class RosDevice(Device):
         self._commands.restart()
 
     def _finish(self) -> None:
-        """Stop, as far as the link still carries it."""
         if self._navigation is not None:
             self._navigation.cancel()
         with contextlib.suppress(OSError):

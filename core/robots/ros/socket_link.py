@@ -242,7 +242,6 @@ class RosSocket(RosDevice):
             raise BadInput("The file that ca names holds no certificate (PEM).") from None
 
     def _listen(self, seconds: float, enough: Callable[[], bool]) -> None:
-        """Hear the robot out for so long at most, or until it is enough."""
         end = time.monotonic() + seconds
         while not enough() and time.monotonic() < end:
             if not self._hear(0.05):
@@ -263,7 +262,6 @@ class RosSocket(RosDevice):
         return True
 
     def _hand_on(self, sensors: RosSensors, arrived: list[tuple[str, Any]]) -> None:
-        """Hand all messages on, but of pictures the newest alone."""
         newest = {topic: number for number, (topic, _) in enumerate(arrived)}
         for number, (topic, payload) in enumerate(arrived):
             if topic not in sensors.newest_only or newest[topic] == number:
@@ -277,7 +275,6 @@ class RosSocket(RosDevice):
             return None
 
     def _send(self, payload: str | bytes) -> None:
-        """Put a message on the link. Raises OSError when it is lost."""
         link = self._socket
         if link is None:
             raise ConnectionResetError("the link is closed")

@@ -318,7 +318,6 @@ class _Chooser:
         return f"{self._home()}{GOALS[1] if self._ros1 else GOALS[0]}" if navigates else ""
 
     def _description(self) -> str:
-        """Choose the topic of the robot's URDF, in its namespace or beside it."""
         if self._settings.description:
             return self._named("description", self._settings.description)
         beside = [DESCRIPTION] if STRING in self._types.get(DESCRIPTION, []) else []
@@ -334,7 +333,6 @@ class _Chooser:
 
 
 def _nearest(image: str, infos: list[str]) -> str:
-    """The camera_info that stands closest to a picture's topic."""
     parts = image.split("/")
 
     def rank(topic: str) -> tuple[int, int, str]:
@@ -349,7 +347,6 @@ def _nearest(image: str, infos: list[str]) -> str:
 
 
 def _absolute(name: str, space: str) -> str:
-    """A topic's name as the settings give it → from the root."""
     return name if name.startswith("/") or not name else space + name
 
 

@@ -120,7 +120,6 @@ def _pose(request: PlaceBoard, board: Board, robot: Pose, camera: Camera | None)
 
 
 def _facing(robot: Pose, middle: Array) -> Array:
-    """Upright, its front to the robot: columns are the board's axes in the world."""
     away = math.atan2(middle[1] - robot.y, middle[0] - robot.x)
     c, s = math.cos(away), math.sin(away)
     return np.array([[s, 0.0, c], [-c, 0.0, s], [0.0, -1.0, 0.0]])
@@ -216,7 +215,6 @@ def smooth(share: float) -> float:
 
 
 def _board_between(start: HeldBoard, end: HeldBoard, gone: float) -> HeldBoard:
-    """The middle goes straight while the board turns about one axis."""
     turn, _ = cv2.Rodrigues(end.pose.rotation @ start.pose.rotation.T)
     rotation = cv2.Rodrigues(gone * turn)[0] @ start.pose.rotation
     place = start.place + gone * (end.place - start.place)

@@ -77,7 +77,6 @@ def _on_board(back: Array, axis: int, x: Array, y: Array, depth: Array, focal: f
 
 
 def _within(place: Array, width: Array, half: float) -> Array:
-    """Share of intervals of `width` around `place` that lies within ±half."""
     return np.clip((np.float32(half) - np.abs(place)) / width + np.float32(0.5), 0.0, 1.0)
 
 

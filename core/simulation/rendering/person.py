@@ -83,7 +83,6 @@ def _drawn(view: int, look: str, gesture: str, step: int) -> Array:
 
 
 def _between(places: Array, one: float, other: float, reach: float) -> slice:
-    """Return the slice of evenly spaced places [m] that lie between two, or within `reach` of them."""
     low, high = min(one, other) - reach, max(one, other) + reach
     inside = np.flatnonzero((places >= low) & (places <= high))
     return slice(int(inside[0]), int(inside[-1]) + 1) if len(inside) else slice(0, 0)

@@ -252,6 +252,5 @@ _EDGE = cv2.BORDER_REPLICATE
 
 
 def _runs(values: Array) -> list[tuple[int, int]]:
-    """Stretches of equal values: (first, past the last)."""
     cuts = np.flatnonzero(np.diff(values)) + 1
     return list(zip([0, *cuts.tolist()], [*cuts.tolist(), len(values)], strict=True))

@@ -192,7 +192,6 @@ def _surfaces(walls: Array, solids: list[Solid], board: Array | None) -> Surface
 
 
 def _winding(faces: Array, x: float, y: float) -> int:
-    """Return the winding number of the closed outline around (x, y)."""
     x0, y0, x1, y1 = faces.T
     left = (x1 - x0) * (y - y0) - (x - x0) * (y1 - y0)
     up = (y0 <= y) & (y1 > y) & (left > 0)

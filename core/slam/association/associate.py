@@ -120,7 +120,6 @@ def _together(
 
 
 def _crowded(state: Filter, columns: Array) -> bool:
-    """Return whether the robot knows its place less well than to half the way from a landmark to its neighbour."""
     if len(columns) < 2:
         return False
     covariance, (x, y) = state.pose_covariance(), state.places.T

@@ -82,7 +82,6 @@ def join_doubles(state: Filter, table: LandmarkTable, hit: list[int], settings: 
 
 
 def _join_nearest(state: Filter, table: LandmarkTable, hit: list[int], settings: AssociationSettings) -> None:
-    """One pair that lies together becomes one."""
     off = state.places - state.places[hit][:, None]
     near = np.einsum("hnk,hnk->hn", off, off) < settings.double_reach**2
     near[np.arange(len(hit)), hit] = False
@@ -139,7 +138,6 @@ def _candidates(state: Filter, table: LandmarkTable, gate: float) -> list[tuple[
 
 
 def _coincide(state: Filter, table: LandmarkTable, a: int, b: int, settings: AssociationSettings) -> bool:
-    """Return whether two landmarks lie together, and not by chance, as any two may before a loop is closed."""
     difference, spread = state.apart(a, b)
     if table.left_behind[[a, b]].any() and np.trace(spread) > settings.double_reach**2:
         return False
@@ -147,7 +145,6 @@ def _coincide(state: Filter, table: LandmarkTable, a: int, b: int, settings: Ass
 
 
 def _join(state: Filter, table: LandmarkTable, pairs: Pairs) -> None:
-    """The two of each pair become one, in the earlier row."""
     if pairs:
         state.join(np.min(pairs, axis=1), np.max(pairs, axis=1))
         for first, second in sorted((sorted(pair) for pair in pairs), key=max, reverse=True):  # the rest keep theirs

@@ -94,6 +94,5 @@ def _is_doubtful(
 
 
 def _total(pairs: list[tuple[int, int]], costs: Array, allowed: Array, gate: float) -> float:
-    """Cost of an assignment: its pairs, and what leaving the other candidates out costs."""
     left = int(allowed.any(axis=1).sum()) - len(pairs)
     return float(sum(costs[pair] for pair in pairs)) + left * _leaving_out(costs, allowed, gate)

@@ -345,13 +345,11 @@ class BearingLandmarks:
         return math.sqrt(max(float(along @ relative @ along), 0.0)) / float(reach[1])
 
     def _lay_on_wall(self, point: AttachedPoint, view: View, eye: Pose, points: Array) -> None:
-        """A landmark that stands where the laser sees a wall is on the wall."""
         wall = wall_range(SeenWalls(points, eye), view.bearing, view.sd, self._settings.wall_sd)
         if wall is not None:
             self._take_in(ranged_then(self._state, view.past, point, wall[0]), wall[1] ** 2)
 
     def _take_in(self, innovation: Innovation, variance: float) -> bool:
-        """Correct by one number, if it fits → whether it does."""
         total = innovation.state + variance
         if float(innovation.residuals[0, 0]) ** 2 > self._settings.gate * float(total[0, 0]):
             return False

@@ -122,7 +122,6 @@ class LoopCloser:
         return self._straighten() if self._crooked else None
 
     def _is_worth_it(self, least: int) -> bool:
-        """Return whether enough new alignments wait, also as a share of all, to solve the whole map."""
         return self._fresh >= max(least, MIN_ALIGNMENTS_SHARE * len(self._graph.aligned))
 
     def _align(self, number: int) -> Generator[None, None, None]:
@@ -198,7 +197,6 @@ class LoopCloser:
         return bases[:MAX_SUBMAPS]
 
     def _is_untried(self, view: Keyframe, submap: int) -> bool:
-        """Return whether the map has moved enough since a search without a result to repeat it."""
         place = self._graph.world_from(submap).inverse() @ self._graph.poses[view.id]
         before = self._tried.get((view.id, submap))
         return before is None or (

@@ -157,7 +157,6 @@ class MapGraph:
         return joined[homes[a], homes[b]]
 
     def _step(self, number: int) -> GraphEdge:
-        """The driven way from a view to the next one."""
         way = self.driven[number]
         return GraphEdge(number, number + 1, way.pose, way.covariance)
 

@@ -147,7 +147,6 @@ class OccupancyMap:
         return self._revision
 
     def _shortened(self, pose: Pose, ends: Array, hits: Array) -> tuple[Array, Array]:
-        """Ends and hits with the beams that go farther than is drawn cut there."""
         away = ends - (pose.x, pose.y)
         length = np.hypot(away[:, 0], away[:, 1])
         far = (length > self._settings.farthest) & (length < self._settings.widest)

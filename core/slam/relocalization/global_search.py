@@ -176,7 +176,6 @@ def _look_closer(
 
 
 def _spaced(places: list[tuple[float, Pose]]) -> list[Pose]:
-    """The best places of which none is close to a better one."""
     kept: list[Pose] = []
     for _, place in sorted(places, key=lambda scored: -scored[0]):
         if len(kept) == MAX_FINE_PLACES:

@@ -298,7 +298,6 @@ class SenseAgreement:
             self._compare(base, PairStart(middle, scan, wheels.odometry, self._matcher.walls_of(scan)), fresh)
 
     def _is_odd(self, rolled: Pose, scan: Scan, before: Scan) -> bool:
-        """Return whether the ranges since a scan before contradict what the wheels claim."""
         change = median_change(scan.ranges, before.ranges)
         if _is_still(rolled):
             return change > CHANGED_SHARE
@@ -311,7 +310,6 @@ class SenseAgreement:
         self._say_difference()
 
     def _say_difference(self) -> None:
-        """Say where most moves by wheels and by scans contradict each other, and nothing explains it."""
         share = sum(self._differ) / max(len(self._differ), MIN_MOVES)
         if share > MAX_DIFFER_SHARE and not self._found:
             self._say("agreement.differ", share=f"{100 * share:.0f}")
@@ -325,7 +323,6 @@ class SenseAgreement:
         return way >= far or turn >= turned
 
     def _compare(self, base: PairStart, now: PairStart, fresh: bool) -> None:
-        """Find the move by scans from one to the other, and compare it with the wheels'."""
         self._base = now
         track = self._past.columns(now.stamp)
         if now.walls is None or len(track) < 2 or track[0, 0] > base.stamp + 1e-6:
@@ -357,7 +354,6 @@ class SenseAgreement:
         self._keep(pair, track)
 
     def _say_misfit(self) -> None:
-        """Say where hardly any two scans fit on each other although they show walls."""
         if self._tried >= MIN_TRIED and self._fitted < MIN_FIT_SHARE * self._tried:
             self._say("agreement.no_fit", used=False, fits=f"{self._fitted}", tried=f"{self._tried}")
         else:
@@ -505,7 +501,6 @@ def _ratio(rolled: Array, seen: Array) -> float:
 
 
 def _rms(moves: Array) -> float:
-    """Return the length of moves (N,) or (N, D), summed by squares."""
     return max(float(np.sqrt((moves**2).sum())), 1e-9)
 
 

@@ -131,7 +131,6 @@ class ScanOdometry:
         return Increment(step, covariance)
 
     def _coast(self, points: Array, elapsed: float) -> Increment:
-        """No match: expect the motion to die down, be unsure, and begin a new local map."""
         settings = self.settings
         self._motion = _scaled(self._motion, settings.coast)
         self._matched = self._matched @ _scaled(self._motion, min(elapsed, MAX_COASTING_S))
@@ -143,7 +142,6 @@ class ScanOdometry:
         return Increment(before.inverse() @ self.pose, np.diag(sd**2))
 
     def _keep(self, points: Array) -> None:
-        """Make a keyframe of the scan if the last one is far enough away."""
         if self._frames:
             last = self._frames[-1][0]
             near = last.distance_to(self._matched.x, self._matched.y) < self.settings.distance
@@ -163,5 +161,4 @@ def _per_second(move: Pose, elapsed: float) -> Pose:
 
 
 def _scaled(motion: Pose, share: float) -> Pose:
-    """A share of a small motion."""
     return Pose(motion.x * share, motion.y * share, wrap(motion.heading * share))

@@ -236,7 +236,6 @@ def _rates(times: Array, track: tuple[Array, Array]) -> Array:
 
 
 def _has_rival(costs: Array, best: int) -> bool:
-    """Return whether another minimum of the costs (T,) is nearly as low."""
     inner = costs[1:-1]
     lowest = np.flatnonzero((inner <= costs[:-2]) & (inner <= costs[2:])) + 1
     others = costs[lowest[np.abs(lowest - best) > 1]]
@@ -379,7 +378,6 @@ class TimeOffsetEstimator:
             self._end_turn()
 
     def _end_turn(self) -> None:
-        """The present turn is over: it joins those before."""
         joined = self._joined()
         if self._turn and joined is not None:
             self._former, self._former_stamp = joined, self._turn[-1][0]

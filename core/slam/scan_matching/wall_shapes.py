@@ -51,7 +51,6 @@ class WallShapes:
             self._votes += (1 / (1 + ((OFFSETS_M[:, None] - offsets) / sds) ** 2) / sds).sum(axis=1)
 
     def _is_old(self, scan: Scan) -> bool:
-        """Return whether a scan shows what the one that was looked at last showed."""
         return self._last is not None and median_change(scan.ranges, self._last) < MOVED_SHARE
 
     @property

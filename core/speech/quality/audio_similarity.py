@@ -79,7 +79,6 @@ def health(sound: Sound) -> HealthFigures:
 
 
 def _clipped(channel: Array) -> float:
-    """Share of samples that stay at full scale for at least three."""
     full = np.abs(channel) >= CLIPPED_LEVEL
     if full.sum() < CLIPPED_SAMPLES:
         return 0.0

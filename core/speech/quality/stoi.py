@@ -107,7 +107,6 @@ def _third_octaves() -> Array:
 
 
 def _unit(values: Array, axis: int) -> Array:
-    """Without mean and of length one along `axis`."""
     centred = values - values.mean(axis=axis, keepdims=True)
     return centred / (np.linalg.norm(centred, axis=axis, keepdims=True) + TINY)
 

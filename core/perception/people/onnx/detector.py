@@ -94,7 +94,6 @@ def _inner(content: bytes, wanted: int) -> bytes:
 
 
 def _shape(value_info: bytes) -> list[int]:
-    """The dimensions of an input; 0 where one is left open."""
     shape = _inner(_inner(_inner(value_info, VALUE_TYPE), TENSOR_TYPE), SHAPE_FIELD)
     sizes: list[int] = []
     for number, dimension in fields(shape):

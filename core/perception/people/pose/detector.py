@@ -242,7 +242,6 @@ def open_pose(folder: Path, settings: PeopleSettings | None = None) -> PoseDetec
 
 
 def _seen_already(square: Square, found: list[tuple[WeighedBody, BodyLandmarks, Candidate]]) -> bool:
-    """Return whether the hips around which a square lies are those of someone who was found."""
     for _, landmarks, _ in found:
         apart = float(np.hypot(*(landmarks.hips - (square.x, square.y))))
         if apart < 0.1 * square.side:
@@ -253,7 +252,6 @@ def _seen_already(square: Square, found: list[tuple[WeighedBody, BodyLandmarks, 
 def _apart(
     found: list[tuple[WeighedBody, BodyLandmarks, Candidate]],
 ) -> list[tuple[WeighedBody, BodyLandmarks, Candidate]]:
-    """Each person once: of overlapping bodies the first, which is the best."""
     kept: list[tuple[WeighedBody, BodyLandmarks, Candidate]] = []
     for one in found:
         if all(overlap(one[0].body.box, other[0].body.box) < SAME_OVERLAP for other in kept):
