@@ -1,19 +1,17 @@
 """Declaration of a setting, once, where it stands: type, unit, bounds and meaning.
 
-    class SteeringThresholds(ThresholdSet):
-        turn_floor: float = 0.04  # [rad/s] least turn rate that is asked for
-
-    class SteeringSettings(SteeringThresholds, Section):
+    class SteeringSettings(Section):
         '''Gains and tolerances.
 
         Watch:
             lookahead: swinging about the path wants more, cut corners less
         '''
 
+        turn_floor: float = 0.04  # [rad/s] least turn rate that is asked for
         lookahead: Annotated[float, Meta("m", 0.05, 1.0, "distance ahead on the path at which the robot aims")] = 0.22
 
 From the declaration come the check of every value, `beckon settings`, the reference page and the schema for editors.
-A threshold is the equation's own number: a file that names it gets a sentence.
+A field without Meta is a threshold, the equation's own number: a file that names it gets a sentence.
 """
 
 import dataclasses
@@ -100,36 +98,28 @@ class Section:
                     setting.fit(getattr(self, setting.name))
 
 
-@dataclass(frozen=True)
-class ThresholdSet:
-    """Base of a dataclass of numbers beside their equation that no file sets; a Section may inherit from it."""
-
-
 @cache
 def thresholds_of(section: type[Section]) -> frozenset[str]:
     """Names of the fields of a section that no file sets."""
-    bases = (one for one in section.__mro__ if issubclass(one, ThresholdSet) and not issubclass(one, Section))
-    return frozenset(one.name for base in bases for one in dataclasses.fields(base))
+    settings = {one.name for one in declared_settings(section)}
+    return frozenset(one.name for one in dataclasses.fields(section) if one.name not in settings)
 
 
 @cache
 def declared_settings(section: type[Section]) -> tuple[DeclaredSetting, ...]:
-    """The settings of a section, in the order of its fields. Raises TypeError for a field without a Meta."""
+    """The settings of a section, in the order of its fields."""
     hints = get_type_hints(section, include_extras=True)
     watched = {
         name: text for base in section.__mro__ for name, text in WATCH_LINE.findall(inspect.getdoc(base) or "")
     }
-    fixed = thresholds_of(section)
     return tuple(
         _declared(one, hints[one.name], watched.get(one.name, ""))
         for one in dataclasses.fields(section)
-        if one.name not in fixed
+        if get_origin(hints[one.name]) is Annotated
     )
 
 
 def _declared(field: dataclasses.Field[Any], hint: Any, watch: str) -> DeclaredSetting:
-    if get_origin(hint) is not Annotated:
-        raise TypeError(f"The setting {field.name} declares no Meta.")
     kind, meta = get_args(hint)[:2]
     optional = get_origin(kind) in (Union, types.UnionType)
     if optional:

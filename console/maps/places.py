@@ -16,7 +16,7 @@ from console.part import Part
 from core.errors import BadInput
 from core.geometry import wrap
 from core.navigation.places import NamedPlace
-from core.navigation.planner import PlannerThresholds
+from core.navigation.planner import PlannerSettings
 from core.navigation.zones import roomiest_spot
 from core.sentences import Statement
 from core.speech.understanding.place_names import MAX_PLACES, check_name_apart, place_phrases, spoken_name, tidy_name
@@ -104,7 +104,7 @@ class PlaceService(Part):
     def wall_near(self, place: NamedPlace) -> float | None:
         """Distance [m] from a place to the nearest wall of the map; None: none within `WALL_NEAR_M`."""
         grid = self._maps.grid
-        cells = np.argwhere(grid.log_odds > PlannerThresholds.occupied)[:, ::-1]  # (N, 2) column, row
+        cells = np.argwhere(grid.log_odds > PlannerSettings.occupied)[:, ::-1]  # (N, 2) column, row
         away = grid.origin + grid.resolution * (cells + 0.5) - (place.x_m, place.y_m)
         nearest = float(np.hypot(*away.T).min(initial=math.inf))
         return round(nearest, 2) if nearest <= WALL_NEAR_M else None

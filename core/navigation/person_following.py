@@ -3,23 +3,13 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 Mode = Literal["person", "voice"]
 
 
 @dataclass(frozen=True)
-class VoiceThresholds(ThresholdSet):
-    """Age and sd of a direction that is good enough."""
-
-    # [s] the same when the voice gave the command itself, which was read and confirmed since
-    spoken_fresh: float = 5.0
-    sure: float = 0.26  # [rad] sd of a direction that is good enough
-    sidestep: float = 0.9  # [m] way to hear the voice from elsewhere
-
-
-@dataclass(frozen=True)
-class PersonFollowingSettings(VoiceThresholds, Section):
+class PersonFollowingSettings(Section):
     """COME HERE and FOLLOW ME.
 
     Watch:
@@ -33,6 +23,10 @@ class PersonFollowingSettings(VoiceThresholds, Section):
         listen_for: time until the robot gives up
     """
 
+    # [s] the same when the voice gave the command itself, which was read and confirmed since
+    spoken_fresh: float = 5.0
+    sure: float = 0.26  # [rad] sd of a direction that is good enough
+    sidestep: float = 0.9  # [m] way to hear the voice from elsewhere
     mode: Annotated[
         Mode, Meta(meaning="voice: without the camera, to where several bearings cross", common=True, live=True)
     ] = "person"

@@ -12,13 +12,20 @@ from core.geometry import Pose
 from core.message import Array
 from core.navigation.costmap import Costmap, survey
 from core.sentences import Statement
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 from core.slam.map.occupancy import OccupancyGrid
 
 
 @dataclass(frozen=True)
-class PlannerThresholds(ThresholdSet):
-    """Weights of the cost, and the ways out of a tight place."""
+class PlannerSettings(Section):
+    """Costs and clearances of a path.
+
+    Watch:
+        guard: narrow doors that are refused, and halts by the guard (then raise it)
+        comfort: distance of the path from walls
+        unknown: paths through what was never seen (then raise it)
+        reach: goals refused outside the map
+    """
 
     stride: float = 0.1  # [m] spacing of the searched lattice; narrow gaps are searched on the map's own
     spacing: float = 0.05  # [m] distance between the points of a path
@@ -29,19 +36,6 @@ class PlannerThresholds(ThresholdSet):
     margin: float = 3.0  # [m] distance beyond the straight line that is searched first
     escape: float = 0.3  # [m] distance around the robot in which it may leave a tight place
     wider: float = 0.6  # [m] further distance at which the robot stops where nearer there is no room
-
-
-@dataclass(frozen=True)
-class PlannerSettings(PlannerThresholds, Section):
-    """Costs and clearances of a path.
-
-    Watch:
-        guard: narrow doors that are refused, and halts by the guard (then raise it)
-        comfort: distance of the path from walls
-        unknown: paths through what was never seen (then raise it)
-        reach: goals refused outside the map
-    """
-
     guard: Annotated[
         float, Meta("m", 0.03, 0.5, "free space below which nothing is planned: the gate's guard stops at 0.03")
     ] = 0.035

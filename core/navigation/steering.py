@@ -9,25 +9,11 @@ import numpy as np
 from core.gate import Twist
 from core.geometry import Pose, wrap
 from core.message import Array
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 
 @dataclass(frozen=True)
-class SteeringThresholds(ThresholdSet):
-    """Least rates, and when the robot turns on the spot."""
-
-    turn_lead: float = 0.1  # [s] time by which a turn looks ahead, for what is on its way to the wheels
-    turn_floor: float = 0.04  # [rad/s] least turn rate that is asked for, so that no turn starves near its end
-    approach_floor: float = 0.02  # [m/s] least speed on approach
-    side_gain: float = 2.5  # [rad/m] heading aimed back at the line per distance from it
-    pivot_above: float = 0.9  # [rad] angle to the path above which it turns on the spot
-    pivot_below: float = 0.12  # [rad] angle to the path below which it drives on
-    slowest: float = 0.4  # share of the cruising speed in the tightest place
-    again_beyond: float = 3.5  # error per tolerance at which it sets out again
-
-
-@dataclass(frozen=True)
-class SteeringSettings(SteeringThresholds, Section):
+class SteeringSettings(Section):
     """Gains and tolerances of everything that steers.
 
     Watch:
@@ -43,6 +29,14 @@ class SteeringSettings(SteeringThresholds, Section):
         stalled_after: commands given up on a soft floor (then raise it)
     """
 
+    turn_lead: float = 0.1  # [s] time by which a turn looks ahead, for what is on its way to the wheels
+    turn_floor: float = 0.04  # [rad/s] least turn rate that is asked for, so that no turn starves near its end
+    approach_floor: float = 0.02  # [m/s] least speed on approach
+    side_gain: float = 2.5  # [rad/m] heading aimed back at the line per distance from it
+    pivot_above: float = 0.9  # [rad] angle to the path above which it turns on the spot
+    pivot_below: float = 0.12  # [rad] angle to the path below which it drives on
+    slowest: float = 0.4  # share of the cruising speed in the tightest place
+    again_beyond: float = 3.5  # error per tolerance at which it sets out again
     turn_gain: Annotated[
         float, Meta("1/s", 0.2, 10, "turn rate per heading error; a third of what a delay of 0.1 s would bear")
     ] = 3.0
@@ -92,18 +86,13 @@ class Pursuit:
         steps = np.hypot(*np.diff(path, axis=0).T) if len(path) > 1 else np.zeros(0)
         self._travel = np.concatenate(([0.0], np.cumsum(steps)))
         self._at = 0
-        self._pivoting = turn_first
+        self.turning = turn_first
 
     def left(self, pose: Pose) -> float:
         """Distance [m] to the path's end along the path."""
         self._advance(pose)
         rest = float(self._travel[-1] - self._travel[self._at])
         return max(rest, pose.distance_to(*self.path[-1])) if rest < self._settings.lookahead else rest
-
-    @property
-    def turning(self) -> bool:
-        """True while it turns on the spot."""
-        return self._pivoting
 
     @property
     def rest(self) -> Array:
@@ -116,8 +105,8 @@ class Pursuit:
         left = self.left(pose)
         x, y = self._carrot()
         bearing = pose.bearing_to(x, y)
-        self._pivoting = abs(bearing) > (settings.pivot_below if self._pivoting else settings.pivot_above)
-        if self._pivoting:
+        self.turning = abs(bearing) > (settings.pivot_below if self.turning else settings.pivot_above)
+        if self.turning:
             return Twist(0.0, spin(bearing, turn, settings))
         room = max(settings.slowest, min(1.0, space / settings.slow_within))
         speed = approach(left, cruise, settings) * room * math.cos(bearing)
@@ -132,8 +121,7 @@ class Pursuit:
 
     def _advance(self, pose: Pose) -> None:
         window = self.path[self._at : self._at + 40]
-        gaps = np.hypot(window[:, 0] - pose.x, window[:, 1] - pose.y)
-        self._at += int(gaps.argmin())
+        self._at += int(np.hypot(window[:, 0] - pose.x, window[:, 1] - pose.y).argmin())
 
     def _carrot(self) -> tuple[float, float]:
         ahead = int(np.searchsorted(self._travel, self._travel[self._at] + self._settings.lookahead))

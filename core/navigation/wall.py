@@ -15,7 +15,7 @@ import numpy as np
 
 from core.geometry import Pose
 from core.message import Array, message
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
@@ -55,8 +55,14 @@ RIGHT = (math.radians(-170.0), math.radians(-5.0))  # bearings that count as the
 
 
 @dataclass(frozen=True)
-class WallThresholds(ThresholdSet):
-    """Which points make up a wall, and the line along it."""
+class WallSettings(Section):
+    """Criteria for a wall, and how far ahead it is followed.
+
+    Watch:
+        gap: doors that are entered (then raise it)
+        seek: walls refused as too far (then raise it)
+        lost_after: commands given up at a corner (then raise it)
+    """
 
     cell: float = 0.03  # [m] points nearer together than this are averaged
     sight: float = 2.5  # [m] distance up to which points are used while following
@@ -70,18 +76,6 @@ class WallThresholds(ThresholdSet):
     memory: float = 30.0  # [s] time for which what is out of sight counts
     least: float = 0.5  # [m] extent from which something is a wall at first: a person's legs are none
     near: float = 0.3  # [m] excess over the distance to keep to follow at once
-
-
-@dataclass(frozen=True)
-class WallSettings(WallThresholds, Section):
-    """Criteria for a wall, and how far ahead it is followed.
-
-    Watch:
-        gap: doors that are entered (then raise it)
-        seek: walls refused as too far (then raise it)
-        lost_after: commands given up at a corner (then raise it)
-    """
-
     gap: Annotated[
         float, Meta("m", 0, 3, "width of openings that are passed by, at most", common=True, live=True)
     ] = 1.1
@@ -164,8 +158,7 @@ class RightWall:
             if math.dist(cells[start], self._contact) > self._settings.link:
                 return None
         along = _lengths(cells, start, self._settings.link)
-        reach = np.where(along < 1.5, away, np.inf)
-        self._contact = cells[int(reach.argmin())]
+        self._contact = cells[int(np.where(along < 1.5, away, np.inf).argmin())]
         return _smoothed(cells[along < self._settings.sight + 1.0], self._settings.smooth)
 
 

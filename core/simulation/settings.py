@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from core.geometry import Pose
 from core.sensors.microphones import ARRAYS, MicrophoneArray
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 WheelNoise = Literal["encoder", "paper", "none"]
 LaserNoise = Literal["1%", "3%", "none"]
@@ -62,21 +62,7 @@ class MicrophoneSettings(Section):
 
 
 @dataclass(frozen=True)
-class WheelErrors(ThresholdSet):
-    """Errors of the simulated wheels and of the camera's sensor."""
-
-    scale_error: float = 0.003  # relative sd of the size of both wheels together
-    mismatch: float = 0.0002  # relative sd of one wheel against the other
-    wheelbase_error: float = 0.003  # relative sd of the wheelbase
-    slip: float = 0.0007  # [m/√m] slip of each wheel
-    dropout: float = 0.004  # share of beams that fail at random
-    picture_snr: float = 42.0  # [dB] signal to noise of the camera's sensor (section 6)
-    second_camera: float = 0.0  # [m] to the right of the camera: another one; 0: none
-    response: float = 0.06  # [s] time until the base has followed 63 % of a change of speed
-
-
-@dataclass(frozen=True)
-class SimulationSettings(WheelErrors, MicrophoneSettings):
+class SimulationSettings(MicrophoneSettings):
     """Noise and equipment of the simulated robot.
 
     Watch:
@@ -92,6 +78,14 @@ class SimulationSettings(WheelErrors, MicrophoneSettings):
         max_turn_rate: time of a turn
     """
 
+    scale_error: float = 0.003  # relative sd of the size of both wheels together
+    mismatch: float = 0.0002  # relative sd of one wheel against the other
+    wheelbase_error: float = 0.003  # relative sd of the wheelbase
+    slip: float = 0.0007  # [m/√m] slip of each wheel
+    dropout: float = 0.004  # share of beams that fail at random
+    picture_snr: float = 42.0  # [dB] signal to noise of the camera's sensor (section 6)
+    second_camera: float = 0.0  # [m] to the right of the camera: another one; 0: none
+    response: float = 0.06  # [s] time until the base has followed 63 % of a change of speed
     wheel_noise: Annotated[
         WheelNoise, Meta(meaning="encoder: sizes and slip of wheels; paper: eq. 43", common=True)
     ] = "encoder"

@@ -11,10 +11,10 @@ from core.geometry import Pose
 from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
 from core.sensors import Laser
-from core.setting import Meta, ThresholdSet
-from core.slam.association.associate import Observation, recognise
+from core.setting import Meta
+from core.slam.association.associate import AssociationSettings, Observation, recognise
 from core.slam.association.landmark_table import LandmarkRecord, LandmarkSettings, LandmarkTable
-from core.slam.association.merge_duplicates import AssociationSettings, join_doubles
+from core.slam.association.merge_duplicates import join_doubles
 from core.slam.association.nearest_neighbour import Assignment
 from core.slam.association.visibility import VisibilityCheck
 from core.slam.consistency import squared_error
@@ -31,17 +31,7 @@ NIS_FADE = 0.98  # memory of the running NIS, per sighting
 
 
 @dataclass(frozen=True)
-class EkfThresholds(ThresholdSet):
-    """Soft gate, and scans at rest."""
-
-    soft_memory: int = 80  # latest sightings that give the usual distance
-    soft_slack: float = 2.0  # usual distance over the filter's own, beyond which the soft gate widens
-    still_scans: int = 10  # scans taken at rest before the first move
-    still_every: int = 5  # at rest, after those, one scan in so many: from one place errors repeat
-
-
-@dataclass(frozen=True)
-class EkfSettings(EkfThresholds, LandmarkSettings, AssociationSettings, SlipThresholds):
+class EkfSettings(LandmarkSettings, AssociationSettings, SlipThresholds):
     """The estimator.
 
     Watch:
@@ -52,6 +42,10 @@ class EkfSettings(EkfThresholds, LandmarkSettings, AssociationSettings, SlipThre
         soft_gate: jumps of the pose where people walk by (then lower it)
     """
 
+    soft_memory: int = 80  # latest sightings that give the usual distance
+    soft_slack: float = 2.0  # usual distance over the filter's own, beyond which the soft gate widens
+    still_scans: int = 10  # scans taken at rest before the first move
+    still_every: int = 5  # at rest, after those, one scan in so many: from one place errors repeat
     mode: Annotated[Literal["invariant", "paper"], Meta(meaning="form of the filter; paper: as printed")] = (
         "invariant"
     )

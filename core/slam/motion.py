@@ -11,22 +11,14 @@ import numpy as np
 from core.geometry import Pose, rotation
 from core.message import Array
 from core.sensors import Wheels
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 STILL_MOTION = 1e-7  # [m] and [rad]: below, the wheels stand
 UNKNOWN_SD_M = 0.09  # from which a move is looked for wherever it may have led
 
 
 @dataclass(frozen=True)
-class PaperMotion(ThresholdSet):
-    """Numbers of section 6 behind eq. 43."""
-
-    cruise: float = 0.1  # [m/s] speed at which the steering angle's error bends the path (section 6)
-    step: float = 0.025  # [s] time between control updates (section 6)
-
-
-@dataclass(frozen=True)
-class MotionSettings(PaperMotion, Section):
+class MotionSettings(Section):
     """Noise of the odometry.
 
     `encoder`: slip, and the sizes of wheels and wheelbase, which no data sheet gives exactly. `paper`: the control
@@ -42,6 +34,8 @@ class MotionSettings(PaperMotion, Section):
         steer_sd: the pose's ellipse with `model` paper
     """
 
+    cruise: float = 0.1  # [m/s] speed at which the steering angle's error bends the path (section 6)
+    step: float = 0.025  # [s] time between control updates (section 6)
     model: Annotated[Literal["encoder", "paper"], Meta(meaning="noise of real wheels, or Q of eq. 43")] = "encoder"
     wheelbase: Annotated[float, Meta("m", 0.02, 5, "distance between the wheels (section 6)")] = 0.10
     wheel_sd: Annotated[float, Meta("m/√m", 1e-5, 0.5, "error of either wheel for itself")] = 0.0015
@@ -168,5 +162,4 @@ class WheelTrack:
         last, self._last = self._last, (stamp, wheels)
         if last is None or stamp < last[0]:
             return Increment()
-        moved = last[1].odometry.inverse() @ wheels.odometry
-        return rolled(moved, stamp - last[0], self.settings)
+        return rolled(last[1].odometry.inverse() @ wheels.odometry, stamp - last[0], self.settings)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 RATE_HZ = 16_000  # of all sound that goes into a recognizer
 PIECE_S = 0.2  # of a room's sound, at least, that are read at once
@@ -12,8 +12,20 @@ MOST_WAITING = 8.0  # [s] of it that may wait while words are read; older sound 
 
 
 @dataclass(frozen=True)
-class SpeechThresholds(ThresholdSet):
-    """Ends of an utterance, and the competition within pocketsphinx."""
+class SpeechSettings(Section):
+    """Recognition of the commands; the defaults lie on plateaus of `tests.benchmarks.words`.
+
+    Watch:
+        engine: words and delay in Speech quality
+        model: `beckon doctor`, which says whether the folder is taken; words and delay in Speech quality
+        phrases: `beckon understand "your words"`
+        hangover: delay of the reply; raise it for sentences cut in two
+        complete_hangover: delay of the motion; raise it for numbers cut off
+        unfinished_hangover: numbers cut off (then raise it)
+        longest: long sentences that are not read (then raise it)
+        opinions: commands that nobody gave (then raise it), refused ones (then lower it)
+        stop_threshold: STOP that is missed (then lower it), or heard where nobody said it (then raise it)
+    """
 
     pre_roll: float = 0.5  # [s] sound kept from before the speech: noise and direction are learnt there
     pause: float = 0.1  # [s] silence after which an utterance is read already, in case it is over
@@ -42,24 +54,6 @@ class SpeechThresholds(ThresholdSet):
     stop_in_noise: float = 1e-12  # `stop_threshold` in the beam towards a covered voice; plateau 1e-15 to 1e-10
     covered_ratio: float = 25.0  # [dB] voice over noise of a covered voice, at most
     stop_delay: int = 10  # [frames] frames of 10 ms for which the spotter of STOP waits for a better end of the word
-
-
-@dataclass(frozen=True)
-class SpeechSettings(SpeechThresholds, Section):
-    """Recognition of the commands; the defaults lie on plateaus of `tests.benchmarks.words`.
-
-    Watch:
-        engine: words and delay in Speech quality
-        model: `beckon doctor`, which says whether the folder is taken; words and delay in Speech quality
-        phrases: `beckon understand "your words"`
-        hangover: delay of the reply; raise it for sentences cut in two
-        complete_hangover: delay of the motion; raise it for numbers cut off
-        unfinished_hangover: numbers cut off (then raise it)
-        longest: long sentences that are not read (then raise it)
-        opinions: commands that nobody gave (then raise it), refused ones (then lower it)
-        stop_threshold: STOP that is missed (then lower it), or heard where nobody said it (then raise it)
-    """
-
     engine: Annotated[
         Literal["auto", "whisper", "sphinx"],
         Meta(

@@ -8,22 +8,18 @@ from typing import Annotated, Literal
 import pytest
 
 from core.errors import BadInput
-from core.setting import Meta, Section, ThresholdSet, declared_settings, thresholds_of
+from core.setting import Meta, Section, declared_settings, thresholds_of
 
 
 @dataclass(frozen=True)
-class Numbers(ThresholdSet):
-    floor: float = 0.5
-
-
-@dataclass(frozen=True)
-class Base(Numbers, Section):
+class Base(Section):
     """A base.
 
     Watch:
         gain: the swinging
     """
 
+    floor: float = 0.5
     gain: Annotated[float, Meta("1/s", 0.5, 10, "a gain")] = 3.0
     count: Annotated[int, Meta("", 1, 8, "how many")] = 2
 
@@ -91,13 +87,13 @@ def test_a_value_that_is_not_accepted_is_told_in_a_sentence(change: dict[str, ob
     assert str(told.value) == sentence
 
 
-def test_a_setting_without_a_declaration_is_a_mistake_of_the_program() -> None:
+def test_a_setting_that_loses_its_declaration_is_a_threshold() -> None:
     @dataclass(frozen=True)
-    class Bare(Section):
+    class Bare(Base):
         gain: float = 3.0
 
-    with pytest.raises(TypeError, match="gain declares no Meta"):
-        declared_settings(Bare)
+    assert thresholds_of(Bare) == {"floor", "gain"}
+    assert [one.name for one in declared_settings(Bare)] == ["count"]
 
 
 def test_what_is_accepted_becomes_the_type_that_is_declared() -> None:

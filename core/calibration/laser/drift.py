@@ -11,7 +11,7 @@ from core.geometry import Pose
 from core.message import Array, message
 from core.perception.landmarks.edge_pairs import WINDOW, EdgePair
 from core.sensors import Camera
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 # A turn and a shift estimated from pairs, many of which are wrong: a mixture of true pairs and chance ones.
 
@@ -117,8 +117,14 @@ def _climb(pairs: Gathered, rows: Array, answer: Array) -> tuple[Array, Array, f
 
 
 @dataclass(frozen=True)
-class DriftThresholds(ThresholdSet):
-    """Looks that are kept, and how sure a change must be."""
+class DriftSettings(Section):
+    """Criteria of a moved mount.
+
+    Watch:
+        turned: warnings of a turned mount; raise it for false ones
+        shifted: warnings of a shifted mount; raise it for false ones
+        lasting: time until such a warning
+    """
 
     step: float = 0.04  # [m] way between two looks: at rest they are all the same
     turn: float = math.radians(3)  # [rad] turn between two looks, where the way is shorter
@@ -129,18 +135,6 @@ class DriftThresholds(ThresholdSet):
     corners: int = 4  # different corners, at least, before anything is reported
     sure: float = 3.0  # [sd] significance of a reported change
     calm: float = 0.5  # share of the thresholds below which an alarm is over
-
-
-@dataclass(frozen=True)
-class DriftSettings(DriftThresholds, Section):
-    """Criteria of a moved mount.
-
-    Watch:
-        turned: warnings of a turned mount; raise it for false ones
-        shifted: warnings of a shifted mount; raise it for false ones
-        lasting: time until such a warning
-    """
-
     turned: Annotated[float, Meta("rad", 1e-4, 0.5, "a smaller turn of the mount does not matter")] = math.radians(
         0.3
     )
@@ -171,13 +165,8 @@ class MountWatch:
         self._last: Pose | None = None
         self._estimated = -math.inf
         self._suspected: float | None = None  # [s] since when
-        self._alarm = ""
+        self.alarm = ""  # the warning for the operator; its first figures stay, as it is reported once
         self.drift = None
-
-    @property
-    def alarm(self) -> str:
-        """The warning for the operator; empty while all is well. The first figures stay: it is reported once."""
-        return self._alarm
 
     def watch(self, stamp: float, pose: Pose, pairs: tuple[EdgePair, ...], camera: Camera | None) -> None:
         """The pairs of one scan, seen from `pose` in the world. A new calibration of the camera starts again."""
@@ -230,7 +219,7 @@ class MountWatch:
         self._suspected = (stamp if self._suspected is None else self._suspected) if moved else None
         alarm = self._suspected is not None and (before or stamp - self._suspected >= settings.lasting)
         words = _words(found, shifted) if alarm else ""
-        self._alarm = (self._alarm or words) if alarm else ""
+        self.alarm = (self.alarm or words) if alarm else ""
         return Drift(**vars(found), alarm=alarm, words=words)
 
 

@@ -10,12 +10,17 @@ from core.message import message
 from core.perception.image_quality.measures import Blur, ExposureMeasure, blur, exposure, noise_sd
 from core.perception.landmarks.edges import NOTHING, EdgeSettings, Preprocessing
 from core.sensors import Image
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 
 @dataclass(frozen=True)
-class PictureThresholds(ThresholdSet):
-    """Targets of the preprocessing, and how far it goes."""
+class PictureSettings(Section):
+    """Targets for a picture, and limits of the preprocessing that reaches them.
+
+    Watch:
+        prepare: edges and persons found in poor light
+        unusable_after: warnings of a covered or dark camera
+    """
 
     level: float = 112.0  # grey level to which a dark picture is brightened
     idle: float = 1.25  # a correction by a smaller factor is not worth a change
@@ -28,17 +33,6 @@ class PictureThresholds(ThresholdSet):
     along: float = 6.0  # factor on Canny's smoothing along upright edges, at most
     across: float = 2.0  # factor on Canny's smoothing across upright edges, at most
     edge: float = 0.14  # contrast of an ordinary upright edge, as a share of the light
-
-
-@dataclass(frozen=True)
-class PictureSettings(PictureThresholds, Section):
-    """Targets for a picture, and limits of the preprocessing that reaches them.
-
-    Watch:
-        prepare: edges and persons found in poor light
-        unusable_after: warnings of a covered or dark camera
-    """
-
     prepare: Annotated[bool, Meta(meaning="false: pictures are judged and used as they come", common=True)] = True
     unusable_after: Annotated[float, Meta("s", 0, 60, "unusable pictures until a warning")] = 1.0
 

@@ -10,7 +10,7 @@ import numpy as np
 from core.message import Array, message
 from core.perception.landmarks.lines import Line, LineSettings, Sweep, find_lines
 from core.sensors import Laser, Scan
-from core.setting import Meta, ThresholdSet
+from core.setting import Meta
 
 CornerKind = Literal["convex", "concave"]
 
@@ -27,24 +27,18 @@ class Corner:
 
 
 @dataclass(frozen=True)
-class CornerThresholds(ThresholdSet):
-    """Conditions under which two lines meet in a corner."""
-
-    apart: int = 12  # [beams] gap between the two lines of a corner, at most
-    reach: float = 0.25  # [m] distance from either line's end to the corner, at most
-    trim: int = 1  # samples left out on both sides of the corner
-    worst: float = 0.1  # [m] sd of a corner, at most
-    agree: float = 0.03  # [m] difference of the two fits of a corner, at most, beyond 3 sd
-
-
-@dataclass(frozen=True)
-class CornerSettings(CornerThresholds, LineSettings):
+class CornerSettings(LineSettings):
     """Criteria of a corner.
 
     Watch:
         angle: corners in the scene; raise it where they come and go at bends of a wall
     """
 
+    apart: int = 12  # [beams] gap between the two lines of a corner, at most
+    reach: float = 0.25  # [m] distance from either line's end to the corner, at most
+    trim: int = 1  # samples left out on both sides of the corner
+    worst: float = 0.1  # [m] sd of a corner, at most
+    agree: float = 0.03  # [m] difference of the two fits of a corner, at most, beyond 3 sd
     angle: Annotated[float, Meta("rad", 0.05, 1.5, "angle between the two lines, at least")] = math.radians(35)
 
 

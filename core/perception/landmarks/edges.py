@@ -11,7 +11,7 @@ from core.errors import BadInput
 from core.message import Array, message
 from core.perception.landmarks.level_view import LevelView, level_view
 from core.sensors import Camera, Image
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 
 @message
@@ -63,8 +63,16 @@ class ImageEdge:
 
 
 @dataclass(frozen=True)
-class EdgeThresholds(ThresholdSet):
-    """Shape of an edge, and its match with a corner."""
+class EdgeSettings(Section):
+    """Criteria of a vertical edge and of its match with a corner.
+
+    Watch:
+        canny_low: edges drawn on the picture; raise it for noise among them
+        canny_high: edges drawn on the picture; lower it for missing pale ones
+        bearing_sd: corners that an edge confirms; raise it where a new calibration confirms fewer
+        on_walls: landmarks on bare walls, and the pose's sd in a corridor
+        by_pair: landmarks where the laser sees no corner
+    """
 
     blur: float = 1.0  # [pixel] sd of the smoothing against sensor noise
     tilt: float = math.radians(5)  # [rad] angle of an edge off the vertical, at most
@@ -80,20 +88,6 @@ class EdgeThresholds(ThresholdSet):
     wall_sd: float = 0.02  # [m] sd across the wall of such an edge's distance
     pair_sd: float = math.radians(0.04)  # [rad] sd of a bearing of a pair of cameras against the other's
     edge_required: bool = False  # the paper's rule: a corner without an edge is no landmark
-
-
-@dataclass(frozen=True)
-class EdgeSettings(EdgeThresholds, Section):
-    """Criteria of a vertical edge and of its match with a corner.
-
-    Watch:
-        canny_low: edges drawn on the picture; raise it for noise among them
-        canny_high: edges drawn on the picture; lower it for missing pale ones
-        bearing_sd: corners that an edge confirms; raise it where a new calibration confirms fewer
-        on_walls: landmarks on bare walls, and the pose's sd in a corridor
-        by_pair: landmarks where the laser sees no corner
-    """
-
     canny_low: Annotated[float, Meta("", 1, 500, "lower gradient threshold of Canny's hysteresis")] = 15.0
     canny_high: Annotated[float, Meta("", 1, 1000, "upper gradient threshold of Canny's hysteresis")] = 35.0
     bearing_sd: Annotated[
@@ -183,8 +177,7 @@ def _longest(group: Array, gap: float) -> Array:
     tops, bottoms = group[:, 1::2].min(axis=1), group[:, 1::2].max(axis=1)
     order = np.argsort(tops)
     reached = np.maximum.accumulate(bottoms[order])
-    breaks = np.flatnonzero(tops[order][1:] > reached[:-1] + gap) + 1
-    pieces = np.split(order, breaks)
+    pieces = np.split(order, np.flatnonzero(tops[order][1:] > reached[:-1] + gap) + 1)
     return group[max(pieces, key=lambda piece: bottoms[piece].max() - tops[piece].min())]
 
 

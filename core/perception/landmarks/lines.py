@@ -7,27 +7,13 @@ from typing import Annotated
 import numpy as np
 
 from core.message import Array
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 MIN_LENGTH_M = 1e-12
 
 
 @dataclass(frozen=True)
-class LineThresholds(ThresholdSet):
-    """How far samples may stray from a line, in sd of a range."""
-
-    beam_sd: float = 0.0005  # [rad] sd of a beam's direction
-    slant: float = math.radians(10)  # [rad] angle below which a wall breaks into points
-    missing: int = 4  # [beams] gap inside a line, at most
-    jump: float = 3.0  # [sd] difference of two neighbouring ranges that breaks a line
-    split: float = 3.0  # [sd] distance from the chord at which a line is split
-    merge_rms: float = 1.15  # [sd] joint residual up to which neighbours are merged
-    merge_max: float = 4.0  # [sd] worst residual up to which they are merged
-    fit: float = 1.3  # [sd] residual of a wall's final fit, at most, beyond what few samples excuse
-
-
-@dataclass(frozen=True)
-class LineSettings(LineThresholds, Section):
+class LineSettings(Section):
     """Criteria that separate lines from noise.
 
     Watch:
@@ -37,6 +23,14 @@ class LineSettings(LineThresholds, Section):
         length: corners in the scene; raise it for legs and chairs among them
     """
 
+    beam_sd: float = 0.0005  # [rad] sd of a beam's direction
+    slant: float = math.radians(10)  # [rad] angle below which a wall breaks into points
+    missing: int = 4  # [beams] gap inside a line, at most
+    jump: float = 3.0  # [sd] difference of two neighbouring ranges that breaks a line
+    split: float = 3.0  # [sd] distance from the chord at which a line is split
+    merge_rms: float = 1.15  # [sd] joint residual up to which neighbours are merged
+    merge_max: float = 4.0  # [sd] worst residual up to which they are merged
+    fit: float = 1.3  # [sd] residual of a wall's final fit, at most, beyond what few samples excuse
     noise_floor: Annotated[float, Meta("m", 1e-4, 0.2, "least sd of a range")] = 0.01
     noise_ratio: Annotated[float, Meta("", 0, 0.2, "sd of a range as a share of it: 1 % for the URG-04LX")] = 0.01
     points: Annotated[int, Meta("", 3, 200, "points of a line, at least")] = 6

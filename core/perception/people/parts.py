@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from core.errors import BadInput
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 PIXELS_PER_METRE = 64.0  # [pixel/m] at which bodies are compared; a person of 1.75 m is 112 pixels tall
 CELL_PX = 4  # side of a cell; 6.25 cm
@@ -34,30 +34,14 @@ class BodySegment:
 
 HEAD = BodySegment("head", 0.3, 3, 7, 8, 0.16, 1.0)  # 1.81 m to 1.38 m
 TORSO = BodySegment("torso", 0.6, 9, 11, 12, 0.30, 0.75)  # 1.44 m to 0.75 m
-FEET = BodySegment(
-    "feet", 0.1, 19, 14, 10, 0.30, 0.0
-)  # and the legs above them: 0.81 m to the floor and a little under it
+# and the legs above them: 0.81 m to the floor and a little under it
+FEET = BodySegment("feet", 0.1, 19, 14, 10, 0.30, 0.0)
 PARTS = (HEAD, TORSO, FEET)
 LOWEST_SHIFT, HIGHEST_SHIFT = -4, 3  # [cell] of the crown: persons from 1.50 m to 1.94 m
 
 
 @dataclass(frozen=True)
-class PeopleThresholds(ThresholdSet):
-    """Search for a person along a direction."""
-
-    threshold_of_feet: float = 0.8  # the same where only the feet are in the picture
-    feet_with_legs: float = 0.4  # the same where the laser separates two legs there
-    enough: float = 0.35  # share of the parts' weight in the picture from which `threshold` holds
-    ratio: float = 1.08  # ratio of neighbouring distances
-    wedge: float = 2.0  # [sd] half-width of the sector around the sound's direction that is searched
-    head_half: float = 0.12  # [m] half-width of the part in which the sound must fall
-    overlap: float = 0.45  # [m] rectangles nearer together are one person
-    near_laser: float = 0.15  # difference of the laser's and the picture's distance, at most, as a share of it
-    near_floor: float = 0.15  # [m] difference of the laser's and the picture's distance that is always allowed
-
-
-@dataclass(frozen=True)
-class PeopleSettings(PeopleThresholds, Section):
+class PeopleSettings(Section):
     """Criteria of a rectangle that is a person.
 
     Watch:
@@ -69,6 +53,15 @@ class PeopleSettings(PeopleThresholds, Section):
         farthest: persons far away that are not found, and the time per picture
     """
 
+    threshold_of_feet: float = 0.8  # the same where only the feet are in the picture
+    feet_with_legs: float = 0.4  # the same where the laser separates two legs there
+    enough: float = 0.35  # share of the parts' weight in the picture from which `threshold` holds
+    ratio: float = 1.08  # ratio of neighbouring distances
+    wedge: float = 2.0  # [sd] half-width of the sector around the sound's direction that is searched
+    head_half: float = 0.12  # [m] half-width of the part in which the sound must fall
+    overlap: float = 0.45  # [m] rectangles nearer together are one person
+    near_laser: float = 0.15  # difference of the laser's and the picture's distance, at most, as a share of it
+    near_floor: float = 0.15  # [m] difference of the laser's and the picture's distance that is always allowed
     engine: Annotated[
         Literal["auto", "pose", "drawn"],
         Meta(

@@ -7,12 +7,17 @@ from typing import Annotated, Literal
 from core.message import Array, message
 from core.perception.people.detector import Rectangle
 from core.perception.people.fusion import Ray, Sense
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 
 @dataclass(frozen=True)
-class TrackThresholds(ThresholdSet):
-    """Motion of a person, and which measurements are theirs."""
+class TrackSettings(Section):
+    """Birth, gate and death of the one who is followed.
+
+    Watch:
+        patience: persons lost behind furniture (then raise it)
+        unseen: chairs followed for persons (then lower it)
+    """
 
     births: int = 2  # pictures with the person in them until the person is confirmed
     acceleration: float = 0.7  # [m/s²] sd with which a person's speed changes
@@ -21,17 +26,6 @@ class TrackThresholds(ThresholdSet):
     wide_gate: float = 0.6  # [m] farther from the prediction a person is not the one lost a moment ago
     known: float = 0.5  # K that is enough for a person who is expected there
     alike: float = 0.15  # probability by looks alone below which it is not the followed person
-
-
-@dataclass(frozen=True)
-class TrackSettings(TrackThresholds, Section):
-    """Birth, gate and death of the one who is followed.
-
-    Watch:
-        patience: persons lost behind furniture (then raise it)
-        unseen: chairs followed for persons (then lower it)
-    """
-
     patience: Annotated[float, Meta("s", 0.2, 20, "time that a person may be hidden")] = 2.5
     unseen: Annotated[
         float, Meta("s", 0.5, 60, "time that legs alone are believed while the camera should see the person")

@@ -4,12 +4,22 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from core.errors import BadInput
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 
 @dataclass(frozen=True)
-class DirectionThresholds(ThresholdSet):
-    """Spectra, noise and uncertainty of a direction."""
+class DirectionFindingSettings(Section):
+    """Direction of arrival; the values were chosen on simulated rooms other than those of the measurements.
+
+    Watch:
+        form: error of the directions in `beckon experiment direction-of-arrival`
+        lowest: directions beside a fan; raise it for wrong ones
+        highest: directions of high voices; lower it where those of a wide array jump
+        reverberation: directions in a hall; raise it for those of echoes
+        declared_sd: directions that are drawn; lower it for uncertain ones
+        declared_strength: directions that are drawn without anybody speaking (then raise it)
+        hangover: sentences with two directions (then raise it)
+    """
 
     frame: float = 0.032  # [s] length of a spectrum; nearest power of two of samples
     steps: int = 4  # spectra per frame length
@@ -37,22 +47,6 @@ class DirectionThresholds(ThresholdSet):
     renewal: float = 0.5  # [s] time between later directions of an utterance
     noise_memory: float = 1.0  # [s] time over which the noise is averaged
     longest: float = 8.0  # [s] sound without a pause is taken for noise after this time
-
-
-@dataclass(frozen=True)
-class DirectionFindingSettings(DirectionThresholds, Section):
-    """Direction of arrival; the values were chosen on simulated rooms other than those of the measurements.
-
-    Watch:
-        form: error of the directions in `beckon experiment direction-of-arrival`
-        lowest: directions beside a fan; raise it for wrong ones
-        highest: directions of high voices; lower it where those of a wide array jump
-        reverberation: directions in a hall; raise it for those of echoes
-        declared_sd: directions that are drawn; lower it for uncertain ones
-        declared_strength: directions that are drawn without anybody speaking (then raise it)
-        hangover: sentences with two directions (then raise it)
-    """
-
     form: Annotated[
         Literal["steered", "paper"], Meta(meaning="steered power less the noise, or eq. 35-40 as they are printed")
     ] = "steered"

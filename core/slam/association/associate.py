@@ -8,7 +8,7 @@ import numpy as np
 
 from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 from core.slam.association.joint_compatibility import JointCandidates, Pairs
 from core.slam.association.landmark_table import LandmarkTable
 from core.slam.association.nearest_neighbour import Assignment, associate, nearest
@@ -31,17 +31,7 @@ class Observation:
 
 
 @dataclass(frozen=True)
-class MatchThresholds(ThresholdSet):
-    """When an assignment is doubtful."""
-
-    margin: float = 2.0  # [χ²] an assignment with another one so close is doubtful
-    vague: float = 4.0  # ln(|S|/|R|) from which one scan cannot tell which landmark left behind was seen
-    found_again: int = 3  # landmarks left behind that must be recognised together
-    joint_nodes: int = 300  # branches of one scan's assignments that are searched, at most; 0: each sighting alone
-
-
-@dataclass(frozen=True)
-class MatchSettings(MatchThresholds, Section):
+class AssociationSettings(Section):
     """Gates and margins of data association.
 
     Watch:
@@ -50,6 +40,12 @@ class MatchSettings(MatchThresholds, Section):
         fresh: two landmarks at one corner (then raise it)
     """
 
+    margin: float = 2.0  # [χ²] an assignment with another one so close is doubtful
+    vague: float = 4.0  # ln(|S|/|R|) from which one scan cannot tell which landmark left behind was seen
+    found_again: int = 3  # landmarks left behind that must be recognised together
+    joint_nodes: int = 300  # branches of one scan's assignments that are searched, at most; 0: each sighting alone
+    double: float = 5.99  # [χ²] squared distance below which two landmarks may be one; 95 % at 2 dof
+    double_reach: float = 0.25  # [m] distance below which two landmarks may be one
     form: Annotated[
         Literal["unique", "nearest"],
         Meta(meaning="one to one and none where it is doubtful, or the paper's gated nearest neighbour, each alone"),
@@ -61,7 +57,7 @@ class MatchSettings(MatchThresholds, Section):
     fresh: Annotated[float, Meta("χ²", 1, 1000, "squared distance of a new landmark from others, at least")] = 20.0
 
 
-def recognise(look: Observation, state: Filter, table: LandmarkTable, settings: MatchSettings) -> Assignment:
+def recognise(look: Observation, state: Filter, table: LandmarkTable, settings: AssociationSettings) -> Assignment:
     """Sightings → landmarks. Believed ones come first; what fits none of them may be one on probation.
 
     After a long way a robot may know its place no better than to the distance between landmarks. The sightings of one
@@ -103,7 +99,7 @@ def recognise(look: Observation, state: Filter, table: LandmarkTable, settings: 
 
 
 def _together(
-    look: Observation, state: Filter, allowed: Array, columns: Array, settings: MatchSettings, alone: Pairs
+    look: Observation, state: Filter, allowed: Array, columns: Array, settings: AssociationSettings, alone: Pairs
 ) -> Pairs:
     """The pairs that the sightings agree on together; those chosen alone where the search would take too long."""
     if settings.joint_nodes == 0:

@@ -12,7 +12,7 @@ import numpy as np
 from core.geometry import wrap, wrap_all
 from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 GRAZE = math.radians(15)  # within the rim of its sector a corner's wall is seen too flat
 SURE_RANGE_SHARE = 0.7  # of the range from which a corner was ever made out: from here it should be again
@@ -21,19 +21,7 @@ STEADY_HITS = 20  # hits after which the opening is averaged no further
 
 
 @dataclass(frozen=True)
-class LandmarkThresholds(ThresholdSet):
-    """When a landmark is tentative, left behind, or another one."""
-
-    at_once: int = 6  # with fewer landmarks one hit is enough: else it runs blind
-    patience: int = 30  # [scans] time without a hit that a tentative landmark survives
-    misses_share: float = 0.5  # misses that one hit makes up for
-    behind: float = 5.0  # way per range at which a landmark was seen, after which it is left behind
-    opening: float = math.radians(40)  # [rad] difference of a corner's openings in two sightings, at most
-    most_on_walls: int = 80  # edges on walls among them
-
-
-@dataclass(frozen=True)
-class LandmarkSettings(LandmarkThresholds, Section):
+class LandmarkSettings(Section):
     """Conditions under which a landmark is believed and dropped.
 
     Watch:
@@ -42,6 +30,12 @@ class LandmarkSettings(LandmarkThresholds, Section):
         most: time of an update in SLAM
     """
 
+    at_once: int = 6  # with fewer landmarks one hit is enough: else it runs blind
+    patience: int = 30  # [scans] time without a hit that a tentative landmark survives
+    misses_share: float = 0.5  # misses that one hit makes up for
+    behind: float = 5.0  # way per range at which a landmark was seen, after which it is left behind
+    opening: float = math.radians(40)  # [rad] difference of a corner's openings in two sightings, at most
+    most_on_walls: int = 80  # edges on walls among them
     probation: Annotated[int, Meta("", 1, 50, "hits before a landmark may correct the pose")] = 3
     misses: Annotated[float, Meta("", 0, 1000, "a landmark is dropped when m > misses + misses_share · h")] = 2.0
     most: Annotated[int, Meta("", 10, 2000, "landmarks in all")] = 1000
@@ -223,9 +217,8 @@ class LandmarkTable:
             return False
         if self._pair(a, b) in self._distinct:
             return False
-        return (
-            not abs(wrap(float(first["opening"] - second["opening"]))) >= self.settings.opening
-        )  # NaN: none is known
+        # none is known where it is NaN
+        return not abs(wrap(float(first["opening"] - second["opening"]))) >= self.settings.opening
 
     def precedes(self, a: int, b: int) -> bool:
         """Return whether landmark `a` was seen last before `b` was seen first."""

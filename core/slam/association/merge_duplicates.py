@@ -1,14 +1,12 @@
 """Landmarks that turn out to be one: two that lie together, or several that are found again together."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from core.message import Array
-from core.setting import ThresholdSet
-from core.slam.association.associate import MatchSettings
+from core.slam.association.associate import AssociationSettings
 from core.slam.association.joint_compatibility import Pairs
 from core.slam.association.landmark_table import LandmarkTable
 from core.slam.consistency import squared_error
@@ -60,19 +58,6 @@ def _distance(held: tuple[int, ...], apart: Array, spread: Array) -> float:
     rows = (2 * np.array(held)[:, None] + np.arange(2)).ravel()
     wanted = apart[list(held)].ravel()
     return float(wanted @ np.linalg.solve(spread[np.ix_(rows, rows)] + EQUAL_VARIANCE_M2 * np.eye(len(rows)), wanted))
-
-
-@dataclass(frozen=True)
-class MergeThresholds(ThresholdSet):
-    """When two landmarks may be one."""
-
-    double: float = 5.99  # [χ²] squared distance below which two landmarks may be one; 95 % at 2 dof
-    double_reach: float = 0.25  # [m] distance below which two landmarks may be one
-
-
-@dataclass(frozen=True)
-class AssociationSettings(MergeThresholds, MatchSettings):
-    """Conditions under which two landmarks are merged."""
 
 
 def join_doubles(state: Filter, table: LandmarkTable, hit: list[int], settings: AssociationSettings) -> None:

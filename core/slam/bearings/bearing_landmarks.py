@@ -17,7 +17,7 @@ from core.geometry import Pose, wrap, wrap_all
 from core.message import Array
 from core.perception.landmarks.frame_perception import BearingSet
 from core.perception.landmarks.landmarks import SeenWalls, wall_range
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 from core.slam.bearings.geometry import (
     PastPose,
     coincide,
@@ -34,8 +34,13 @@ from core.slam.ekf.filter import AttachedPoint, Filter, Innovation
 
 
 @dataclass(frozen=True)
-class BearingThresholds(ThresholdSet):
-    """When directions become a landmark and correct the pose; the defaults are those of edges."""
+class BearingSettings(Section):
+    """When a direction that is seen or heard again and again becomes a landmark. The defaults are those of edges.
+
+    Watch:
+        used: the pose's sd in a corridor
+        farthest: landmarks far outside the room (then lower it)
+    """
 
     apart: float = 0.1  # [m] way between two corrections, at least: from one place errors repeat
     apart_turn: float = math.radians(5)  # [rad] turn between two corrections, where the way is shorter
@@ -54,17 +59,6 @@ class BearingThresholds(ThresholdSet):
     most: int = 60  # landmarks of a submap, at most; those seen last stay
     walls: bool = True  # whether a landmark on a wall that the laser sees takes its distance from it
     wall_sd: float = 0.02  # [m] sd of such a distance across the wall
-
-
-@dataclass(frozen=True)
-class BearingSettings(BearingThresholds, Section):
-    """When a direction that is seen or heard again and again becomes a landmark. The defaults are those of edges.
-
-    Watch:
-        used: the pose's sd in a corridor
-        farthest: landmarks far outside the room (then lower it)
-    """
-
     used: Annotated[
         bool, Meta(meaning="whether they correct the pose; where the laser sees corners it is as good alone")
     ] = False

@@ -8,14 +8,13 @@ import numpy as np
 import scipy
 
 from core.message import Array
-from core.setting import ThresholdSet
 
 MAX_ROUNDS = 3  # in which trust is withdrawn, at most
 WEIGHT_EXPONENT = 1.5  # with which it falls beyond the limit
 
 
 @dataclass(frozen=True)
-class SlipThresholds(ThresholdSet):
+class SlipThresholds:
     """When the sightings overrule the prediction: the robot was pushed, or its wheels slipped."""
 
     slip_odd: float = 16.3  # [χ²] squared distance of a sighting that contradicts the prediction; 99.97 % at 2 dof

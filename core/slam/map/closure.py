@@ -13,15 +13,21 @@ import numpy as np
 
 from core.geometry import Pose, rotation
 from core.message import Array
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 from core.slam.map.pose_graph import GraphEdge
 from core.slam.map.status import ClosureState
 from core.slam.motion import Increment
 
 
 @dataclass(frozen=True)
-class ClosureThresholds(ThresholdSet):
-    """How far links must agree, and where a loop is searched."""
+class ClosureSettings(Section):
+    """Conditions under which a place counts as recognised.
+
+    Watch:
+        score: loops closed; raise it for wrong ones, lower it for missed ones
+        others: loops closed; raise it for wrong ones, lower it for late ones
+        near: the map after a loop; raise it for doubled walls
+    """
 
     rival: float = 0.9  # share of the best place's score that the second best may reach
     vague: float = 0.25  # [m] sd of where the view fits nearly as well, at most: along a bare corridor it slides
@@ -40,18 +46,6 @@ class ClosureThresholds(ThresholdSet):
     widest_angle: float = math.radians(24.0)  # [rad] angle that is searched, at most
     place_sd: float = 0.02  # [m] least sd of a link's place
     heading_sd: float = math.radians(0.4)  # [rad] least sd of a link's heading
-
-
-@dataclass(frozen=True)
-class ClosureSettings(ClosureThresholds, Section):
-    """Conditions under which a place counts as recognised.
-
-    Watch:
-        score: loops closed; raise it for wrong ones, lower it for missed ones
-        others: loops closed; raise it for wrong ones, lower it for late ones
-        near: the map after a loop; raise it for doubled walls
-    """
-
     score: Annotated[float, Meta("", 0.1, 1, "score of the match, at least")] = 0.55
     others: Annotated[int, Meta("", 1, 20, "links that must agree with a new one, and with each other")] = 2
     near: Annotated[float, Meta("m", 0.5, 30, "distance from an older view within which its place is searched")] = 4.0

@@ -10,7 +10,7 @@ import numpy as np
 from core.errors import BadInput
 from core.geometry import Pose, wrap
 from core.message import Array, message
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 
 MOST_CELLS = 5000  # from the world's origin to the map's side: 400 MB in all
 FRACTION_BITS = 4  # of a cell, for the outline of what was free
@@ -43,20 +43,7 @@ def grown(grid: OccupancyGrid, low: Array, high: Array) -> OccupancyGrid:
 
 
 @dataclass(frozen=True)
-class OccupancyThresholds(ThresholdSet):
-    """Log odds of a cell, and how often a scan is drawn."""
-
-    hit: float = 1.2  # log odds for a cell where a beam ended
-    free: float = -0.4  # log odds for a cell that a beam passed
-    bound: float = 4.0  # log odds that no cell exceeds
-    moved: float = 0.03  # [m] move since the last drawn scan until the next is drawn
-    turned: float = 0.03  # [rad] turn since the last drawn scan until the next is drawn
-    waits: int = 5  # [scans] at one place one scan in so many is drawn: what moves away must vanish
-    block: float = 5.0  # [m] length by which the map grows
-
-
-@dataclass(frozen=True)
-class OccupancySettings(OccupancyThresholds, Section):
+class OccupancySettings(Section):
     """Settings of the occupancy map: how a scan changes it.
 
     Watch:
@@ -65,6 +52,13 @@ class OccupancySettings(OccupancyThresholds, Section):
         farthest: stray cells far outside (then lower it)
     """
 
+    hit: float = 1.2  # log odds for a cell where a beam ended
+    free: float = -0.4  # log odds for a cell that a beam passed
+    bound: float = 4.0  # log odds that no cell exceeds
+    moved: float = 0.03  # [m] move since the last drawn scan until the next is drawn
+    turned: float = 0.03  # [rad] turn since the last drawn scan until the next is drawn
+    waits: int = 5  # [scans] at one place one scan in so many is drawn: what moves away must vanish
+    block: float = 5.0  # [m] length by which the map grows
     resolution: Annotated[float, Meta("m", 0.02, 0.5, "side of a cell", common=True)] = 0.05
     widest: Annotated[float, Meta("m", 5, 250, "distance from the origin beyond which nothing is drawn")] = 100.0
     farthest: Annotated[
@@ -86,7 +80,7 @@ class OccupancyMap:
         self._log_odds = np.zeros((0, 0), np.float32)
         self._drawn_at: Pose | None = None
         self._waited = 0
-        self._revision = 0
+        self.revision = 0
         self._grid: OccupancyGrid | None = None
 
     def insert(self, pose: Pose, ends: Array, hits: Array) -> bool:
@@ -103,7 +97,7 @@ class OccupancyMap:
         self._make_room(np.vstack((ends[known], (pose.x, pose.y))))
         self._drawn_at, self._waited = pose, 0
         self._draw(pose, ends, known, hits & known)
-        self._revision += 1
+        self.revision += 1
         self._grid = None
         return True
 
@@ -111,7 +105,7 @@ class OccupancyMap:
         """The map now; the same value until it changes."""
         if self._grid is None:
             self._grid = OccupancyGrid(
-                revision=self._revision,
+                revision=self.revision,
                 resolution=self._settings.resolution,
                 origin=self._origin,
                 log_odds=self._log_odds,
@@ -128,7 +122,7 @@ class OccupancyMap:
         if np.abs(blocks - np.round(blocks)).max() > 1e-6 or any(side % block for side in log_odds.shape):
             raise ValueError("the map does not consist of whole blocks")
         self._origin, self._log_odds = origin.astype(np.float64), log_odds.astype(np.float32)
-        self._revision += 1
+        self.revision += 1
         self._grid = None
 
     @property
@@ -140,11 +134,6 @@ class OccupancyMap:
     def resolution(self) -> float:
         """Side of a cell [m]."""
         return self._settings.resolution
-
-    @property
-    def revision(self) -> int:
-        """Rises with every change."""
-        return self._revision
 
     def _shortened(self, pose: Pose, ends: Array, hits: Array) -> tuple[Array, Array]:
         away = ends - (pose.x, pose.y)

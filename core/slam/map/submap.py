@@ -7,7 +7,7 @@ from typing import Annotated
 from core.geometry import Pose
 from core.message import Array
 from core.sensors import Laser
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 from core.slam.bearings.bearing_landmarks import BearingLandmarks, BearingSettings, VoiceLandmarkSettings
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.map.keyframe import Keyframe
@@ -15,8 +15,12 @@ from core.slam.map.occupancy import OccupancyMap, OccupancySettings
 
 
 @dataclass(frozen=True)
-class SubmapThresholds(ThresholdSet):
-    """Views that are kept, the way back into a submap, and the work done in spare moments."""
+class SubmapSettings(Section):
+    """The scan layer's own settings; matching and closures have theirs in their own files.
+
+    Watch:
+        size: the map after a loop; lower it for doubled walls
+    """
 
     landmarks: int = 60  # landmarks of a submap from which it is left earlier
     smallest: float = 3.0  # [m] distance from a submap's origin up to which it is never left
@@ -39,16 +43,6 @@ class SubmapThresholds(ThresholdSet):
     most_pieces: int = 400  # pieces of background work with one frame, at most
     tie_sd: float = 0.02  # [m] least sd of a filter's place in its submap
     tie_heading_sd: float = math.radians(0.3)  # [rad] least sd of a filter's heading in it
-
-
-@dataclass(frozen=True)
-class SubmapSettings(SubmapThresholds, Section):
-    """The scan layer's own settings; matching and closures have theirs in their own files.
-
-    Watch:
-        size: the map after a loop; lower it for doubled walls
-    """
-
     size: Annotated[float, Meta("m", 1, 50, "distance from a submap's origin at which it is left")] = 6.0
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from core.geometry import Pose, wrap
 from core.message import Array
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.relocalization.search_pyramid import FREE, OCCUPIED_LOG_ODDS
 
@@ -19,8 +19,14 @@ WALL_RADIUS_CELLS = 2  # of a wall within which a point lies at it
 
 
 @dataclass(frozen=True)
-class KidnapThresholds(ThresholdSet):
-    """A laser's usual match, and the signs of a robot that was carried."""
+class KidnapSettings(Section):
+    """Thresholds beyond which the robot counts as lost, and after how long.
+
+    Watch:
+        match: the warning that the place is lost; lower it where that comes without a cause
+        agreement: the warning that the place is lost; lower it where that comes without a cause
+        lasting: time until the robot says that it was moved
+    """
 
     match_usual: float = 0.65  # share of this laser's usual score that is enough
     match_least: float = 0.3  # score that is always demanded
@@ -34,18 +40,6 @@ class KidnapThresholds(ThresholdSet):
     carried_turn: float = math.radians(30)
     rolling: float = 0.05  # [m] roll of standing wheels, at most, a radian counted as 0.1 m
     window: float = 2.0  # [s] time over which both are compared
-
-
-@dataclass(frozen=True)
-class KidnapSettings(KidnapThresholds, Section):
-    """Thresholds beyond which the robot counts as lost, and after how long.
-
-    Watch:
-        match: the warning that the place is lost; lower it where that comes without a cause
-        agreement: the warning that the place is lost; lower it where that comes without a cause
-        lasting: time until the robot says that it was moved
-    """
-
     match: Annotated[float, Meta("", 0, 1, "score of the newest scan on the views around, at least")] = 0.5
     agreement: Annotated[float, Meta("", 0, 1, "share of the points on known ground at walls, at least")] = 0.6
     lasting: Annotated[float, Meta("s", 0, 60, "time that any of these lasts until it counts as lost")] = 1.0

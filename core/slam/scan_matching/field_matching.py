@@ -10,7 +10,7 @@ import numpy as np
 
 from core.geometry import Pose, rotation, wrap
 from core.message import Array
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 from core.slam.map.keyframe import thinned
 from core.slam.scan_matching.likelihood_field import CELL_M, LikelihoodField, Match
 from core.slam.scan_matching.match_covariance import match_information, match_spread
@@ -27,8 +27,15 @@ AT_ONCE = 4  # headings of the wide search in one piece of work
 
 
 @dataclass(frozen=True)
-class ScanMatchingThresholds(ThresholdSet):
-    """Growth of the search with the way driven, and uncertainty of a match."""
+class ScanMatchingSettings(Section):
+    """Settings of scan matching against earlier scans, and of its covariance.
+
+    Watch:
+        corrects: the map after a loop: doubled walls
+        reach: walls that double where the wheels slip (then raise it)
+        angle: walls that double in turns (then raise it)
+        score: walls that double where people walk (then raise it)
+    """
 
     reach_per_way: float = 0.4  # [m/m] further distance per way driven
     reach_per_turn: float = 0.2  # [m/rad] further distance per turn
@@ -40,19 +47,6 @@ class ScanMatchingThresholds(ThresholdSet):
     wall: float = 0.5  # [m] distance between neighbouring points on one wall, at most
     place_sd: float = 0.02  # [m] least sd of a matched place
     heading_sd: float = math.radians(0.4)  # [rad] least sd of a matched heading
-
-
-@dataclass(frozen=True)
-class ScanMatchingSettings(ScanMatchingThresholds, Section):
-    """Settings of scan matching against earlier scans, and of its covariance.
-
-    Watch:
-        corrects: the map after a loop: doubled walls
-        reach: walls that double where the wheels slip (then raise it)
-        angle: walls that double in turns (then raise it)
-        score: walls that double where people walk (then raise it)
-    """
-
     corrects: Annotated[
         bool, Meta(meaning="scans correct the wheels' move and close loops; false: landmarks alone, as in the paper")
     ] = True
@@ -160,8 +154,7 @@ def search_wide(
     for turn, row, column in _peaks(scores):
         x, y = guess.x + CELL_M * shift[column], guess.y + CELL_M * shift[row]
         coarse = Pose(float(x), float(y), wrap(float(headings[turn])))
-        better = field.search(few, coarse, 3 * CELL_M, TURN, CELL_M, TURN / 2)
-        match = field.refine(points, better)
+        match = field.refine(points, field.search(few, coarse, 3 * CELL_M, TURN, CELL_M, TURN / 2))
         if not any(same_place(match.pose, other.pose) and match.score <= other.score for other in found):
             found = [other for other in found if not same_place(match.pose, other.pose)] + [match]
         yield sorted(found, key=lambda match: -match.score)

@@ -10,15 +10,20 @@ from core.geometry import Pose, wrap
 from core.message import Array
 from core.perception.landmarks.deskew import deskew
 from core.sensors import Laser, Scan, Wheels
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 from core.slam.motion import Increment
 from core.slam.scan_matching.likelihood_field import LikelihoodField, Match
 from core.slam.scan_matching.match_covariance import match_spread
 
 
 @dataclass(frozen=True)
-class ScanOdometryThresholds(ThresholdSet):
-    """Keyframes, rest and uncertainty of scans laid on each other."""
+class ScanOdometrySettings(Section):
+    """Settings of scan odometry.
+
+    Watch:
+        reach: a robot without wheels that loses its way when it drives fast (then raise it)
+        angle: a robot without wheels that loses its way when it turns fast (then raise it)
+    """
 
     points: int = 180  # points of a scan that the search looks at
     score: float = 0.35  # score of a match, at least
@@ -34,17 +39,6 @@ class ScanOdometryThresholds(ThresholdSet):
     wall: float = 0.3  # [m] distance between neighbouring points on one wall, at most
     blind_speed: float = 0.3  # [m/s] sd of the speed where a match fails
     blind_turn: float = math.radians(30)  # [rad/s] sd of the turn rate where a match fails
-
-
-@dataclass(frozen=True)
-class ScanOdometrySettings(ScanOdometryThresholds, Section):
-    """Settings of scan odometry.
-
-    Watch:
-        reach: a robot without wheels that loses its way when it drives fast (then raise it)
-        angle: a robot without wheels that loses its way when it turns fast (then raise it)
-    """
-
     reach: Annotated[float, Meta("m", 0.02, 1, "distance around the predicted place searched")] = 0.2
     angle: Annotated[float, Meta("rad", 0.02, 1, "angle around the predicted heading searched")] = math.radians(10)
 

@@ -18,7 +18,7 @@ from core.geometry import Pose, wrap
 from core.message import Array, message
 from core.perception.landmarks.deskew import deskew
 from core.sensors import Laser, Scan, Wheels
-from core.setting import Meta, Section, ThresholdSet
+from core.setting import Meta, Section
 from core.slam.scan_matching.field_matching import match_scan
 from core.slam.scan_matching.likelihood_field import LikelihoodField
 
@@ -52,8 +52,13 @@ KEYFRAME_WAY, KEYFRAME_TURN = 0.4, math.radians(40)  # [m], [rad] after which a 
 
 
 @dataclass(frozen=True)
-class TimeOffsetThresholds(ThresholdSet):
-    """Turns that are looked at, and errors of both headings."""
+class TimeOffsetSettings(Section):
+    """Settings of the estimate of a laser's time offset.
+
+    Watch:
+        estimate: the laser's time offset in Connect
+        largest: the laser's time offset in Connect; raise it where it lies at this bound
+    """
 
     turning: float = 0.15  # [rad/s] turn rate from which a turn is looked at
     accepted_sd: float = 0.01  # [s] sd from which the offset is believed
@@ -62,17 +67,6 @@ class TimeOffsetThresholds(ThresholdSet):
     scan_sd: float = math.radians(0.1)  # [rad] sd of a heading by matching scans
     walk_sd: float = 0.005  # [rad/√rad] growth of the odometry's heading error in a turn
     scale_sd: float = 0.05  # sd of the odometry's scale of turns
-
-
-@dataclass(frozen=True)
-class TimeOffsetSettings(TimeOffsetThresholds, Section):
-    """Settings of the estimate of a laser's time offset.
-
-    Watch:
-        estimate: the laser's time offset in Connect
-        largest: the laser's time offset in Connect; raise it where it lies at this bound
-    """
-
     estimate: Annotated[bool, Meta(meaning="whether the offset is estimated and corrected", common=True)] = True
     largest: Annotated[float, Meta("s", 0.05, 0.5, "offset that is looked for, at most")] = 0.2
 
