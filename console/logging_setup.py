@@ -13,10 +13,8 @@ MAX_OLDER_FILES = 3  # files kept
 MOST_ALIKE = 20  # lines within a minute: what strangers provoke must not push the rest out of the files
 MINUTE_S = 60.0
 MOST_KINDS = 1000  # of lines that are distinguished
-STARTUP_FAILED = (
-    "Traceback",
-    "Application startup failed",
-)  # how uvicorn begins lines about what a sentence will say
+# how uvicorn begins lines about what a sentence will say
+STARTUP_FAILED = ("Traceback", "Application startup failed")
 
 
 class OneLineFormatter(logging.Formatter):

@@ -131,8 +131,7 @@ def check_folder(folder: Path) -> None:
     Raises Unwritable with a sentence.
     """
     try:
-        there = _first_existing(folder)
-        try_writing(there)
+        try_writing(_first_existing(folder))
     except OSError as trouble:
         failed = "made" if not os.path.lexists(folder) else "written to"
         raise Unwritable(f"The folder {folder} cannot be {failed}: {reason(trouble)}") from None

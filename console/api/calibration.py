@@ -146,8 +146,7 @@ async def picture(
         await session.act(jobs.LookAtWebcam(content, stamp_s), budget=PICTURE_BUDGET, stamp=stamp_s)
     else:
         marked = corners or []
-        pairs = list(zip(marked[::2], marked[1::2], strict=True))
-        await take(session, content, plain(name), pairs)
+        await take(session, content, plain(name), list(zip(marked[::2], marked[1::2], strict=True)))
     return JsonAnswer(session.shown.verdict)
 
 

@@ -144,8 +144,7 @@ async def show_demo(id: Id, asked: EnrollmentDemoRequest, people: PeopleEnrolled
 @needs("operator")
 async def finish(id: Id, asked: NameRequest, people: PeopleEnrolled, history: HistoryInUse, who: Who) -> NamedPerson:
     """Save the enrolled person under a name; the pictures are gone."""
-    enrollment = people.find(id)
-    card = await people.finish(enrollment, asked.name)
+    card = await people.finish(people.find(id), asked.name)
     history.add("people", who, words="learn")
     return NamedPerson(card.id, card.name, card.pictures)
 

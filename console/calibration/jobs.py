@@ -15,18 +15,11 @@ from console.messages.calibration import (
     CalibrationView,
 )
 from console.workers.job import Job
+from core.calibration import reports
 from core.calibration.camera.intrinsics import Calibration
 from core.calibration.exports import Exports
 from core.calibration.laser.solve import LaserCalibration
 from core.calibration.mount import Mount
-from core.calibration.reports import (
-    CalibrationFile,
-    CameraNumbers,
-    CameraReport,
-    CorrectionReport,
-    LaserReport,
-    RefusedPicture,
-)
 from core.geometry import Transform
 from core.message import Array
 from core.optics import CameraModel
@@ -89,12 +82,12 @@ class SessionAnswer(msgspec.Struct, frozen=True, kw_only=True):
 class Accepted(msgspec.Struct, Generic[ReportT], frozen=True):
     """A calibration that was accepted: as it is stored, and what is known about it."""
 
-    document: CalibrationFile
+    document: reports.CalibrationFile
     report: ReportT
 
 
-AcceptedCamera = Accepted[CameraReport]
-AcceptedMount = Accepted[LaserReport]
+AcceptedCamera = Accepted[reports.CameraReport]
+AcceptedMount = Accepted[reports.LaserReport]
 
 
 class OpenCamera(Job[SessionAnswer], frozen=True):
@@ -187,8 +180,8 @@ class AcceptMount(Job[AcceptedMount], frozen=True):
     force: bool
 
 
-class CameraSolutionReport(CameraReport):
-    views_refused: list[RefusedPicture]
+class CameraSolutionReport(reports.CameraReport):
+    views_refused: list[reports.RefusedPicture]
     residuals: Rows  # u, v, du, dv [pixel] of seen corners, thinned
 
 
@@ -201,10 +194,10 @@ class Solution(msgspec.Struct, Generic[SolvedT, ReportT], frozen=True):
 
 
 CameraSolution = Solution[SolvedCamera, CameraSolutionReport]
-LaserSolution = Solution[SolvedMount, LaserReport]
+LaserSolution = Solution[SolvedMount, reports.LaserReport]
 
 
-class ImportedCameraReport(CameraNumbers):
+class ImportedCameraReport(reports.CameraNumbers):
     """Camera model of a file."""
 
     warnings: list[str]
@@ -220,14 +213,14 @@ class ImportedMountReport(TypedDict):
 class ImportedCamera(msgspec.Struct, frozen=True, tag="camera"):
     """A camera from a file: as it is stored, and what is known about it."""
 
-    document: CalibrationFile
+    document: reports.CalibrationFile
     report: ImportedCameraReport
 
 
 class ImportedMount(msgspec.Struct, frozen=True, tag="laser"):
     """A mount from a file: the camera it belongs to, its entry as it is stored, and what is known about it."""
 
-    document: CalibrationFile
+    document: reports.CalibrationFile
     extrinsics: Document
     report: ImportedMountReport
 
@@ -250,7 +243,7 @@ class SolveLaser(Job[LaserSolution], frozen=True):
     printed: bool = False  # by eq. 13
 
 
-class MeasureCorrection(Job[CorrectionReport], frozen=True):
+class MeasureCorrection(Job[reports.CorrectionReport], frozen=True):
     """Measure how well Table 1's inverse and the exact one straighten this camera's pictures."""
 
     camera: CameraModel

@@ -7,10 +7,8 @@ from console.access.logins import Person
 from core.commands import spec_of
 from core.commands.command import Command
 
-RENEWED_BY = {
-    "rest": 'send POST /api/lease {"do": "renew"} every second',
-    "file": "touch speech.txt every second",
-}  # sources without a page, and how their sender shows that it still lives
+# sources without a page, and how their sender shows that it still lives
+RENEWED_BY = {"rest": 'send POST /api/lease {"do": "renew"} every second', "file": "touch speech.txt every second"}
 
 
 @dataclass(frozen=True)

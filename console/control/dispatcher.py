@@ -177,9 +177,8 @@ class CommandDispatcher:
             self._check_motion(who)
             self._obtain(who)
         elif self._robot.status().state == "disarmed":
-            self.setpoint_sender.arm(
-                self._lease.epoch, who.name
-            )  # the gate was started again: it has forgotten who drives
+            # the gate was started again: it has forgotten who drives
+            self.setpoint_sender.arm(self._lease.epoch, who.name)
         now = time.monotonic()
         self._lease.active(who, now)
         if moving and (why := self.hand_warning(message)):

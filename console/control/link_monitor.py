@@ -36,8 +36,7 @@ class LinkMonitor:
         before, (self._link, _) = self._link, self._robot.link()
         if self._link == "lost" != before:
             self._dispatcher.ended_without_pilot(Statement("robot.link_was_lost"))
-            why = self._robot.trouble or Statement("robot.link_lost")
-            self._notifications.tell("error", why, "link")
+            self._notifications.tell("error", self._robot.trouble or Statement("robot.link_lost"), "link")
         elif self._link == "live" and before == "lost":
             self._notifications.tell("info", Statement("robot.back"), "link")
         return self._link == "lost"

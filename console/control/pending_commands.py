@@ -69,9 +69,8 @@ class PendingCommands(Part):
         self._newest = 0
         self._late: LateCommand | None = None
         self._alarm: asyncio.TimerHandle | None = None
-        self.when_rejected: list[
-            Callable[[PendingCommand], None]
-        ] = []  # called with each command that was dropped while it waited
+        # called with each command that was dropped while it waited
+        self.when_rejected: list[Callable[[PendingCommand], None]] = []
         dispatcher.when_cancelled.append(self._ended)
 
     @property

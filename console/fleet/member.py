@@ -17,23 +17,7 @@ from console.access.logins import Logins, Person
 from console.control.dispatcher import CommandDispatcher
 from console.control.lease import Lease
 from console.control.notices import Notifications
-from console.fleet.bus import (
-    CONNECT_TIMEOUT_S,
-    CommandReport,
-    FleetKeyAnswer,
-    FleetKeyRequest,
-    FleetStopAnswer,
-    FleetStopRequest,
-    MapReport,
-    MemberOptions,
-    NoticeReport,
-    PoseReport,
-    RobotReport,
-    check_handshake,
-    client_settings,
-    key_of,
-    open_session,
-)
+from console.fleet import bus
 from console.maps.service import MapService
 from console.messages import filled
 from console.part import Part
@@ -64,7 +48,7 @@ class FleetMember(Part):
 
     def __init__(
         self,
-        options: MemberOptions,
+        options: bus.MemberOptions,
         console_address: str,
         certificate: str = "",
         *,
@@ -145,24 +129,24 @@ class FleetMember(Part):
         self._sent = (now, situation)
         session.report(msgspec.json.encode(self.report(self._snapshot)))
 
-    def report(self, snapshot: Snapshot) -> RobotReport:
+    def report(self, snapshot: Snapshot) -> bus.RobotReport:
         (link, age), gate, profile = self._robot.link(), self._robot.status(), self._robot.profile
         pose, active, holder = snapshot.estimate.pose, snapshot.active_command, self._lease.holder
         notice = next((one for one in reversed(self._notifications.shown) if one.cause != NOTICE_CAUSE), None)
-        command = None if active is None else filled(CommandReport, active)
+        command = None if active is None else filled(bus.CommandReport, active)
         said = None
         if notice is not None:
-            said = NoticeReport(notice.level, str.__str__(notice.text), *code_of(notice.text))
-        return RobotReport(
+            said = bus.NoticeReport(notice.level, str.__str__(notice.text), *code_of(notice.text))
+        return bus.RobotReport(
             address=self._address,
             robot=profile.name,
             simulated=profile.simulated,
             robot_link=link,
             robot_age_s=round(age, 3),
-            pose=filled(PoseReport, pose, 3),
+            pose=filled(bus.PoseReport, pose, 3),
             speed_m_s=round(abs(snapshot.velocity.v), 3),
             lost=snapshot.floor.lost is not None,
-            map=MapReport(self._maps.shown.name, self._maps.frame),
+            map=bus.MapReport(self._maps.shown.name, self._maps.frame),
             battery=snapshot.battery,
             operator=holder and holder.name,
             command=command,
@@ -177,7 +161,7 @@ class FleetMember(Part):
     def asked_to_stand(self, query: Any) -> None:
         """Zero at once on this thread; all that goes with it on the event loop."""
         asked_at = time.monotonic()
-        request = msgspec.json.decode(query.payload.to_bytes(), type=FleetStopRequest)
+        request = msgspec.json.decode(query.payload.to_bytes(), type=bus.FleetStopRequest)
         before = self._robot.status()
         self._dispatcher.setpoint_sender.stop()
         self._soon(self._stand(query, request, before, asked_at))
@@ -187,8 +171,7 @@ class FleetMember(Part):
         self._soon(self._show(query))
 
     def asked_for_key(self, query: Any) -> None:
-        request = msgspec.json.decode(query.payload.to_bytes(), type=FleetKeyRequest)
-        self._soon(self._admit(query, request))
+        self._soon(self._admit(query, msgspec.json.decode(query.payload.to_bytes(), type=bus.FleetKeyRequest)))
 
     def _soon(self, work: Coroutine[Any, Any, None]) -> None:
         """Do this on the event loop, also where the fleet is lost by then: a stop that has come holds."""
@@ -202,9 +185,9 @@ class FleetMember(Part):
 
     async def _reply(self, query: Any, what: str, answer: bytes) -> None:
         with contextlib.suppress(Exception):  # zenoh's own error, of no common kind: the fleet was lost meanwhile
-            await asyncio.to_thread(query.reply, key_of(self._options.name, what), answer)
+            await asyncio.to_thread(query.reply, bus.key_of(self._options.name, what), answer)
 
-    async def _stand(self, query: Any, request: FleetStopRequest, before: object, asked_at: float) -> None:
+    async def _stand(self, query: Any, request: bus.FleetStopRequest, before: object, asked_at: float) -> None:
         who = Person("fleet", request.by[:60], "viewer")
         if request.kind == "halt":
             self._dispatcher.halt(who, "fleet")
@@ -214,11 +197,11 @@ class FleetMember(Part):
             await asyncio.sleep(LOOK_PERIOD_S)
         gate, stands = self._robot.status(), self._stands(request, before)
         ms = round(1000 * (time.monotonic() - asked_at), 1)
-        answer = FleetStopAnswer(stands, gate.state, str.__str__(gate.reason), ms)
+        answer = bus.FleetStopAnswer(stands, gate.state, str.__str__(gate.reason), ms)
         await self._reply(query, "stop", msgspec.json.encode(answer))
         query.drop()
 
-    def _stands(self, request: FleetStopRequest, before: object) -> bool:
+    def _stands(self, request: bus.FleetStopRequest, before: object) -> bool:
         """Return whether a status that came after the stop shows zero, and the latch where that is asked for."""
         gate = self._robot.status()
         still = abs(gate.v) < STILL_M_S and abs(gate.w) < STILL_RAD_S
@@ -235,27 +218,26 @@ class FleetMember(Part):
             await self._reply(query, "picture", self._packed[1])
         query.drop()
 
-    async def _admit(self, query: Any, request: FleetKeyRequest) -> None:
-        end = time.monotonic() + KEY_LIFE_S
-        token = self._logins.issue(request.name[:60], request.role, end=end)
-        await self._reply(query, "key", msgspec.json.encode(FleetKeyAnswer(token, self._certificate)))
+    async def _admit(self, query: Any, request: bus.FleetKeyRequest) -> None:
+        token = self._logins.issue(request.name[:60], request.role, end=time.monotonic() + KEY_LIFE_S)
+        await self._reply(query, "key", msgspec.json.encode(bus.FleetKeyAnswer(token, self._certificate)))
         query.drop()
 
 
 class FleetSession:
     """One connection with the fleet, until it is lost or closed; never used again afterwards."""
 
-    def __init__(self, options: MemberOptions, loop: asyncio.AbstractEventLoop, member: FleetMember) -> None:
+    def __init__(self, options: bus.MemberOptions, loop: asyncio.AbstractEventLoop, member: FleetMember) -> None:
         """From a thread. Raises Unavailable and BadInput with a sentence."""
-        check_handshake(options.address, options.files)
+        bus.check_handshake(options.address, options.files)
         zenoh = load_zenoh()
         self.lost = asyncio.Event()
         self._loop, self._put = loop, zenoh.SampleKind.PUT
         refused = Statement("fleet.no_bus", address=options.address.name)
-        self._session = session = open_session(client_settings(options.address, options.files), refused)
+        self._session = session = bus.open_session(bus.client_settings(options.address, options.files), refused)
         self._once = threading.Lock()
         name = options.name
-        self._state_key, self._drop = key_of(name, "state"), zenoh.CongestionControl.DROP
+        self._state_key, self._drop = bus.key_of(name, "state"), zenoh.CongestionControl.DROP
         try:
             self._kept = [session.info.declare_transport_events_listener(self._transport_changed)]
             self._check_admission(zenoh, options, refused)
@@ -264,24 +246,24 @@ class FleetSession:
                 ("picture", member.asked_for_picture),
                 ("key", member.asked_for_key),
             ):
-                self._kept.append(session.declare_queryable(key_of(name, what), guarded(act)))
-            self._kept.append(session.liveliness().declare_token(key_of(name, "alive")))
+                self._kept.append(session.declare_queryable(bus.key_of(name, what), guarded(act)))
+            self._kept.append(session.liveliness().declare_token(bus.key_of(name, "alive")))
             if not session.info.links():
                 raise Unavailable(refused)
         except BaseException:
             self.close()
             raise
 
-    def _check_admission(self, zenoh: Any, options: MemberOptions, refused: Statement) -> None:
+    def _check_admission(self, zenoh: Any, options: bus.MemberOptions, refused: Statement) -> None:
         """Ask whether we are let in: TLS takes a withdrawn certificate, too, and the router then hears nothing."""
-        key = key_of(options.name, "admission")
+        key = bus.key_of(options.name, "admission")
         for pause in (0.0, ADMISSION_PAUSE_S):  # a router that has just begun to listen may not answer yet
             time.sleep(pause)
             replies: queue.SimpleQueue[Any] = queue.SimpleQueue()  # None: there are no more
             asked = zenoh.handlers.Callback(replies.put, lambda replies=replies: replies.put(None))
-            self._session.get(key, asked, timeout=CONNECT_TIMEOUT_S)
+            self._session.get(key, asked, timeout=bus.CONNECT_TIMEOUT_S)
             try:
-                reply = replies.get(timeout=2 * CONNECT_TIMEOUT_S)  # its own did not come once
+                reply = replies.get(timeout=2 * bus.CONNECT_TIMEOUT_S)  # its own did not come once
             except queue.Empty:
                 raise Unavailable(refused) from None
             if reply is not None and reply.ok is not None:

@@ -13,21 +13,8 @@ from typing import Any
 
 import msgspec
 
+from console.fleet import bus
 from console.fleet.authority import Authority
-from console.fleet.bus import (
-    FleetAddress,
-    FleetKeyAnswer,
-    FleetKeyRequest,
-    FleetRole,
-    FleetStopAnswer,
-    FleetStopRequest,
-    RobotReport,
-    StopKind,
-    key_of,
-    open_session,
-    robot_of,
-    router_settings,
-)
 from console.fleet.table import FleetTable
 from console.workers.tasks import HeldTasks
 from core.errors import BadInput, Unavailable
@@ -52,14 +39,14 @@ class RobotStop:
     asked_at: float  # [s]
     acknowledged: bool = False
     ms: float | None = None  # from the press to its answer
-    answer: FleetStopAnswer | None = None
+    answer: bus.FleetStopAnswer | None = None
 
 
 @dataclass
 class FleetStop:
     """A press of STOP ALL or of Halt all, and who has answered."""
 
-    kind: StopKind
+    kind: bus.StopKind
     by: str
     wall: float  # Unix time
     began: float  # [s]
@@ -82,7 +69,7 @@ class HeldHalt(msgspec.Struct):
 class FleetRouter:
     """Lives on the event loop; zenoh's threads only hand over."""
 
-    def __init__(self, authority: Authority, listen: FleetAddress) -> None:
+    def __init__(self, authority: Authority, listen: bus.FleetAddress) -> None:
         self.table = FleetTable()
         self.stop: FleetStop | None = None  # the newest
         self.halt: HeldHalt | None = None
@@ -139,15 +126,15 @@ class FleetRouter:
         now = time.monotonic()
         self.table.know([one.name for one in certificates if one.kind == "robot"], now)
         self.table.restarted(now)
-        settings = router_settings(self._listen, self._authority.router, certificates)
+        settings = bus.router_settings(self._listen, self._authority.router, certificates)
         refused = Statement("fleet.cannot_listen", address=self._listen.name)
 
         def listen() -> None:
-            session = self._session = open_session(settings, refused)
-            admits = session.declare_queryable(key_of("*", "admission"), lambda one: one.reply(one.key_expr, b""))
+            session = self._session = bus.open_session(settings, refused)
+            admits = session.declare_queryable(bus.key_of("*", "admission"), lambda one: one.reply(one.key_expr, b""))
             changed, reported = partial(self._token_changed, session), partial(self._reported, session)
-            alive = session.liveliness().declare_subscriber(key_of("*", "alive"), changed, history=True)
-            self._kept = [admits, alive, session.declare_subscriber(key_of("*", "state"), reported)]
+            alive = session.liveliness().declare_subscriber(bus.key_of("*", "alive"), changed, history=True)
+            self._kept = [admits, alive, session.declare_subscriber(bus.key_of("*", "state"), reported)]
 
         await asyncio.to_thread(listen)
         self._known = known
@@ -171,21 +158,21 @@ class FleetRouter:
 
     def _token_changed(self, session: Any, sample: Any) -> None:
         there = sample.kind == load_zenoh().SampleKind.PUT
-        self._said(session, self.table.came if there else self.table.went, robot_of(str(sample.key_expr)))
+        self._said(session, self.table.came if there else self.table.went, bus.robot_of(str(sample.key_expr)))
 
     def _reported(self, session: Any, sample: Any) -> None:
-        payload, name = sample.payload.to_bytes(), robot_of(str(sample.key_expr))
+        payload, name = sample.payload.to_bytes(), bus.robot_of(str(sample.key_expr))
         if len(payload) > MAX_REPORT_BYTES:
             return
         try:
-            report = msgspec.json.decode(payload, type=RobotReport)
+            report = msgspec.json.decode(payload, type=bus.RobotReport)
         except msgspec.MsgspecError:
             return  # another version of Beckon: it stays as it was, and grows old
         self._said(session, self.table.hear, name, report)
 
     # stops
 
-    async def stop_all(self, kind: StopKind, by: str) -> FleetStop:
+    async def stop_all(self, kind: bus.StopKind, by: str) -> FleetStop:
         """Ask every robot to stand by its own gate; answers when all that are there have, or after a second."""
         now = time.monotonic()
         if self.stop is not None and self.stop is not self._halting:
@@ -229,21 +216,21 @@ class FleetRouter:
         if session is None:
             return
         stop.robots[name].asked_at = now
-        request = msgspec.json.encode(FleetStopRequest(stop.kind, stop.by))
+        request = msgspec.json.encode(bus.FleetStopRequest(stop.kind, stop.by))
 
         def take(reply: Any) -> None:
             arrived = time.monotonic()
             if reply.ok is None:
                 return
             try:
-                answer = msgspec.json.decode(reply.ok.payload.to_bytes(), type=FleetStopAnswer)
+                answer = msgspec.json.decode(reply.ok.payload.to_bytes(), type=bus.FleetStopAnswer)
             except msgspec.MsgspecError:
                 return
             self._hand_over(self._answered, stop, name, answer, arrived)
 
         try:
             session.get(
-                key_of(name, "stop"),
+                bus.key_of(name, "stop"),
                 take,
                 payload=request,
                 timeout=ANSWER_TIMEOUT_S,
@@ -254,7 +241,7 @@ class FleetRouter:
         except zenoh.ZError:
             log.warning("%s could not be asked to stand", name)
 
-    def _answered(self, stop: FleetStop, name: str, answer: FleetStopAnswer, arrived: float) -> None:
+    def _answered(self, stop: FleetStop, name: str, answer: bus.FleetStopAnswer, arrived: float) -> None:
         """Take an answer to this stop; one that comes late says nothing of a newer stop, or of a newer halt."""
         one = stop.robots.get(name)
         if one is None or one.acknowledged:
@@ -316,11 +303,11 @@ class FleetRouter:
         """The newest picture of a robot (JPEG); None where it has none or does not answer."""
         return await self._asked(name, "picture", b"")
 
-    async def console_key(self, name: str, person: str, role: FleetRole) -> FleetKeyAnswer | None:
+    async def console_key(self, name: str, person: str, role: bus.FleetRole) -> bus.FleetKeyAnswer | None:
         """A key of a robot's console for a person; None where it does not answer."""
-        answer = await self._asked(name, "key", msgspec.json.encode(FleetKeyRequest(person, role)))
+        answer = await self._asked(name, "key", msgspec.json.encode(bus.FleetKeyRequest(person, role)))
         with contextlib.suppress(msgspec.MsgspecError):  # another version of Beckon
-            return None if answer is None else msgspec.json.decode(answer, type=FleetKeyAnswer)
+            return None if answer is None else msgspec.json.decode(answer, type=bus.FleetKeyAnswer)
         return None
 
     async def _asked(self, name: str, what: str, payload: bytes) -> bytes | None:
@@ -339,7 +326,7 @@ class FleetRouter:
 
         drop = zenoh.CongestionControl.DROP
         try:
-            session.get(key_of(name, what), take, payload=payload, timeout=ASK_TIMEOUT_S, congestion_control=drop)
+            session.get(bus.key_of(name, what), take, payload=payload, timeout=ASK_TIMEOUT_S, congestion_control=drop)
             async with asyncio.timeout(ASK_TIMEOUT_S):
                 return await arrived
         except (TimeoutError, zenoh.ZError):  # the session was closed meanwhile

@@ -125,9 +125,8 @@ class RouteService(Part):
         self._file = home / FILE
         self._maps, self._places, self._dispatcher, self._lease = maps, places, dispatcher, lease
         self._history, self._notifications, self._voice = history, notifications, voice
-        self.when_noted: list[
-            Callable[[str, str], None]
-        ] = []  # called with what happened at a stop, and how it ended
+        # called with what happened at a stop, and how it ended
+        self.when_noted: list[Callable[[str, str], None]] = []
         self.pictures = home / PICTURE_FOLDER
         self.recorder: RecordingService | None = None
         self.clock = time.time  # [s] Unix time

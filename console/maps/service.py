@@ -567,8 +567,7 @@ class MapService(Part):
         if what == "redo" and found.state != "undone":
             raise Problem(409, "That closure is not undone; there is nothing to take back.")
         self._lease.check_not_anothers(who)
-        pilot = self._piloting()
-        (pilot.undo_closure if what == "undo" else pilot.redo_closure)(number)
+        self._piloting().believe_closure(number, believed=what == "redo")
         self._history.add("closure", who, words=f"{what} {number}")
 
     def here(self, x: float, y: float, heading: float | None, who: Person, *, force: bool) -> None:

@@ -259,8 +259,7 @@ class EnrollmentService(Part):
     async def rename(self, card_id: str, given: str) -> PersonFile:
         """Raises Problem 404, 409, 422, 503."""
         async with self._turn:
-            card = self._known(card_id)
-            fresh = msgspec.structs.replace(card, name=self._free(given, besides=card_id))
+            fresh = msgspec.structs.replace(self._known(card_id), name=self._free(given, besides=card_id))
             await self._written(lambda: self.person_store.keep(fresh))
             self.people[card_id] = fresh
             if self._chosen == card_id:

@@ -25,25 +25,8 @@ from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.http.problems import Problem
 from console.part import Part
+from console.recording import work
 from console.recording.events import DriveEvents
-from console.recording.work import (
-    BeginRecording,
-    CutRecording,
-    DescribeRobot,
-    FilmRecording,
-    FinishedRecording,
-    FinishRecording,
-    KeepRing,
-    MakeSample,
-    PictureRecording,
-    ReadRecording,
-    RecordedMoment,
-    RecordMoments,
-    RecoverRecordings,
-    ServeFoxglove,
-    cause_facts,
-    with_cause,
-)
 from console.robot.supervisor import RobotSupervisor
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, BeckonError, Refused, Unwritable
@@ -132,13 +115,13 @@ class RecordingService(Part):
         self._attached = attached
         self._worker, self._cutter = Worker("recorder"), Worker("recorder")  # reading a file holds up no recording
         self._described = self._writes = 0  # start of the worker that knows the robot, that writes the file
-        self._moments: list[RecordedMoment] = []
+        self._moments: list[work.RecordedMoment] = []
         self._left_out = 0
         self._unfinished = False  # a file waits to be recovered
         self._keeps = ""  # name of the part of the drive that is being kept
         self._events = DriveEvents(robot.status())
         self._pilot: Pilot | None = None
-        self._running: FinishedRecording | None = None
+        self._running: work.FinishedRecording | None = None
         self._base, self._number = "", 1  # name of the recording that runs, and of its file
         self._began = 0.0  # [s] monotonic, of its file
         self._unix_from_monotonic = 0.0  # [s]; a recording keeps the one that it began with
@@ -146,7 +129,7 @@ class RecordingService(Part):
         self._listened = 0.0  # [s] monotonic, since when
         self._moved = False  # the robot has
         self._ring_from = math.inf  # [s] monotonic, when the ring begins
-        self._known: dict[tuple[str, float], FinishedRecording] = {}  # by name and time of change
+        self._known: dict[tuple[str, float], work.FinishedRecording] = {}  # by name and time of change
         self._notes: dict[str, RecordingNote] = {}
         self._deletes = True  # the oldest files where all are too large; not where nobody knows which have a note
         self._turn, self._change = asyncio.Lock(), asyncio.Lock()  # of the process; of what begins and ends
@@ -185,7 +168,7 @@ class RecordingService(Part):
                 if self._running is not None:
                     return
                 self._unfinished = False
-                found = await self._worker.ask(RecoverRecordings(str(self._folder)), budget=FILE_BUDGET_S)
+                found = await self._worker.ask(work.RecoverRecordings(str(self._folder)), budget=FILE_BUDGET_S)
         except BeckonError as trouble:
             self._notifications.tell("warning", Statement("recording.unrecovered", trouble=trouble), "recovery")
             return
@@ -253,7 +236,7 @@ class RecordingService(Part):
         if self._running is not None or self.foxglove_port or now > self._ring_from:
             self._listens, self._listened = True, now
 
-    def _moment(self, snapshot: Snapshot, frame: SensorFrame) -> RecordedMoment:
+    def _moment(self, snapshot: Snapshot, frame: SensorFrame) -> work.RecordedMoment:
         stamp, view, holder = snapshot.stamp, snapshot.view, self._lease.holder
         if any(isinstance(act, SavedMap | TurnAct) for act in (snapshot.inputs.acts if snapshot.inputs else ())):
             self._whole_map_due = -math.inf
@@ -270,7 +253,7 @@ class RecordingService(Part):
         if self._running is None:
             self._unix_from_monotonic = time.time() - now
         at = min(frame.sensed or now, now)
-        return RecordedMoment(
+        return work.RecordedMoment(
             at=at,
             logged=self._unix_from_monotonic + at,
             snapshot=slimmed(snapshot, with_map=map_is_new),
@@ -349,10 +332,10 @@ class RecordingService(Part):
                 raise Problem(409, RUNS)
             await self._ready()
             name = self._fresh_name(wanted)
-            job = BeginRecording(str(self._path(name)), self._description("", note), await self._files())
+            job = work.BeginRecording(str(self._path(name)), self._description("", note), await self._files())
             await self._worker.ask(job, budget=FILE_BUDGET_S)
             self._writes = self._worker.starts
-            self._running = FinishedRecording(
+            self._running = work.FinishedRecording(
                 name, 0.0, 0, {}, time.time(), complete=False, note=note, robot=self._robot.profile.name
             )
         self.revision += 1
@@ -365,7 +348,7 @@ class RecordingService(Part):
         await self._send()  # what came while the process started is in its hands before it is said that it records
         return name
 
-    async def stop(self, who: Person | None = None) -> FinishedRecording:
+    async def stop(self, who: Person | None = None) -> work.FinishedRecording:
         """End the recording → the finished file. Raises Problem 409, Unwritable, WorkerLost."""
         async with self._change:
             return await self._stopped(who)
@@ -376,19 +359,19 @@ class RecordingService(Part):
             if self._running is not None and self._base == name:
                 await self._stopped(who)
 
-    async def _stopped(self, who: Person | None) -> FinishedRecording:
+    async def _stopped(self, who: Person | None) -> work.FinishedRecording:
         done = await self._stop(who)
         self._listens = self.ring_limit_s > 0 or self.foxglove_port > 0
         return done
 
-    async def _stop(self, who: Person | None = None) -> FinishedRecording:
+    async def _stop(self, who: Person | None = None) -> work.FinishedRecording:
         if self._running is None:
             raise Problem(409, Statement("recording.nothing_runs"))
         await self._send()
         running, self._running = self._running, None
         try:
             async with self._turn:
-                done = await self._worker.ask(FinishRecording(), budget=FILE_BUDGET_S)
+                done = await self._worker.ask(work.FinishRecording(), budget=FILE_BUDGET_S)
         except BeckonError:
             self._unfinished = True
             self._wake.set()
@@ -398,7 +381,7 @@ class RecordingService(Part):
             self._history.add("stop_recording", who, words=done.name)
         return msgspec.structs.replace(done, started_s=running.started_s, note=running.note)
 
-    async def keep(self, seconds: float, cause: str, who: Person | None = None) -> FinishedRecording:
+    async def keep(self, seconds: float, cause: str, who: Person | None = None) -> work.FinishedRecording:
         """Save the last part of the drive as a recording of its own. Raises Problem 409, Unwritable."""
         if self.ring_limit_s <= 0 or not self._listens:
             raise Problem(409, NOTHING_YET if self.ring_limit_s > 0 else Statement("recording.nothing_held"))
@@ -408,12 +391,12 @@ class RecordingService(Part):
             await self._ready()
             self._keeps = name = self._fresh_name("")
             described = self._description(cause, "")
-            job = KeepRing(str(self._path(name)), seconds, described, await self._files())
+            job = work.KeepRing(str(self._path(name)), seconds, described, await self._files())
             kept = await self._worker.ask(job, budget=FILE_BUDGET_S)
         self.revision += 1
         if who is not None:
             self._history.add("keep_recording", who, words=name)
-        return msgspec.structs.replace(kept, **with_cause(cause))
+        return msgspec.structs.replace(kept, **work.with_cause(cause))
 
     async def _send(self) -> None:
         moments, self._moments = self._moments, []
@@ -428,7 +411,7 @@ class RecordingService(Part):
             async with self._turn:
                 await self._ready()
                 packed = await asyncio.to_thread(pickled, moments)
-                written = await self._worker.ask(RecordMoments(packed), budget=BATCH_BUDGET_S)
+                written = await self._worker.ask(work.RecordMoments(packed), budget=BATCH_BUDGET_S)
         except BeckonError as trouble:
             self._lost(str(trouble))
             return
@@ -448,12 +431,12 @@ class RecordingService(Part):
             return
         profile = self._robot.profile
         built, used = profile_to_json(profile), profile_to_json(self._used or profile)
-        await self._worker.ask(DescribeRobot(built, used, self.ring_limit_s), budget=FILE_BUDGET_S)
+        await self._worker.ask(work.DescribeRobot(built, used, self.ring_limit_s), budget=FILE_BUDGET_S)
         self._described = self._worker.starts
         if self.foxglove_port:
             try:
                 await self._worker.ask(
-                    ServeFoxglove(self.foxglove_port, f"Beckon: {profile.name}"), budget=FILE_BUDGET_S
+                    work.ServeFoxglove(self.foxglove_port, f"Beckon: {profile.name}"), budget=FILE_BUDGET_S
                 )
             except BeckonError as trouble:
                 self.foxglove_port = 0
@@ -526,35 +509,35 @@ class RecordingService(Part):
 
     # kept recordings
 
-    async def all(self) -> list[FinishedRecording]:
+    async def all(self) -> list[work.FinishedRecording]:
         """Every recording, the newest first, with the one that runs."""
-        found: list[FinishedRecording] = []
+        found: list[work.FinishedRecording] = []
         for name, changed, size in await asyncio.to_thread(self._sizes):
             one = await self._looked_at(name, changed, size)
             note = self._notes.get(name, RecordingNote(one.note)).note
-            cut = {} if one.complete else with_cause(CUT)
+            cut = {} if one.complete else work.with_cause(CUT)
             found.append(msgspec.structs.replace(one, note=note, file=self._path(name).name, **cut))
         running = self._running
         for name, changed, size in await asyncio.to_thread(self._parts):
             if name not in (running and running.name, self._keeps):
-                left = FinishedRecording(name, 0.0, size, {}, changed, complete=False)
-                found.append(msgspec.structs.replace(left, **with_cause(Statement("recording.recovering"))))
+                left = work.FinishedRecording(name, 0.0, size, {}, changed, complete=False)
+                found.append(msgspec.structs.replace(left, **work.with_cause(Statement("recording.recovering"))))
         if running is not None:
-            found.append(msgspec.structs.replace(running, **with_cause(Statement("recording.records"))))
+            found.append(msgspec.structs.replace(running, **work.with_cause(Statement("recording.records"))))
         return sorted(found, key=lambda one: one.started_s, reverse=True)
 
-    async def _looked_at(self, name: str, changed: float, size: int) -> FinishedRecording:
+    async def _looked_at(self, name: str, changed: float, size: int) -> work.FinishedRecording:
         """Describe a file. It is read once, or again where its reader was not to blame."""
         path, known = self._path(name), self._known.get((name, changed))
         if path.suffix != ENDING:  # its reader judges it when it is opened
-            known = FinishedRecording(name, 0.0, size, {}, changed)
+            known = work.FinishedRecording(name, 0.0, size, {}, changed)
         if known is not None:
             return known
         try:  # beside the recorder: what a stranger wrote may break who reads it
-            read = await self._cutter.ask(ReadRecording(str(path)), budget=FILE_BUDGET_S)
+            read = await self._cutter.ask(work.ReadRecording(str(path)), budget=FILE_BUDGET_S)
         except BeckonError as trouble:
-            unread = with_cause(Statement("recording.unread", trouble=trouble))
-            read = FinishedRecording(name, 0.0, size, {}, changed, **unread)
+            unread = work.with_cause(Statement("recording.unread", trouble=trouble))
+            read = work.FinishedRecording(name, 0.0, size, {}, changed, **unread)
             if isinstance(trouble, WorkerLost) and trouble.killed:
                 return read
         self._known[name, changed] = read
@@ -569,18 +552,18 @@ class RecordingService(Part):
 
     async def picture(self, name: str) -> bytes:
         """A small picture of a finished recording, as a JPEG. Raises Problem 404 where it has none."""
-        job = PictureRecording(str(await asyncio.to_thread(self.file, name)))
+        job = work.PictureRecording(str(await asyncio.to_thread(self.file, name)))
         picture = await self._cutter.ask(job, budget=FILE_BUDGET_S)
         if not picture:
             raise Problem(404, Statement("recording.no_picture"))
         return picture
 
-    async def cut(self, path: Path, begin_s: float, end_s: float, who: Person) -> FinishedRecording:
+    async def cut(self, path: Path, begin_s: float, end_s: float, who: Person) -> work.FinishedRecording:
         """Save a part of a finished recording as one of its own. Raises BadInput, Unwritable."""
         await asyncio.to_thread(self._make_folder)
         place = f" {begin_s:.0f}-{end_s:.0f} s"
         fresh = self._fresh_name(NO_NAME.sub("-", path.stem)[: MAX_NAME_LETTERS - len(place)] + place)
-        job = CutRecording(str(path), str(self._path(fresh)), begin_s, end_s)
+        job = work.CutRecording(str(path), str(self._path(fresh)), begin_s, end_s)
         done = await self._cutter.ask(job, budget=FILE_BUDGET_S)
         self.revision += 1
         self._history.add("keep_recording", who, words=fresh)
@@ -588,7 +571,7 @@ class RecordingService(Part):
 
     async def film(self, path: Path, begin_s: float, end_s: float, form: FilmForm) -> bytes:
         """A film of a part of a finished recording. Raises BadInput, Unavailable."""
-        return await self._cutter.ask(FilmRecording(str(path), begin_s, end_s, form), budget=FILE_BUDGET_S)
+        return await self._cutter.ask(work.FilmRecording(str(path), begin_s, end_s, form), budget=FILE_BUDGET_S)
 
     async def take_in(self, file: str, content: bytes, who: Person) -> str:
         """Keep a recording that was made elsewhere, as it came → the name of its file.
@@ -618,7 +601,7 @@ class RecordingService(Part):
         path = self._path(f"sample {sample}")
         if not await asyncio.to_thread(path.exists):
             await self._check_room()
-            await self._cutter.ask(MakeSample(sample, str(path)), budget=FILE_BUDGET_S)
+            await self._cutter.ask(work.MakeSample(sample, str(path)), budget=FILE_BUDGET_S)
             self.revision += 1
             self._history.add("keep_recording", who, words=path.stem)
         return path.name
@@ -705,7 +688,7 @@ class RecordingService(Part):
     def _description(self, cause: str, note: str) -> dict[str, str]:
         profile = self._robot.profile
         facts = {"version": beckon_version(), "robot": profile.name, "url": profile.url}
-        return {**facts, **cause_facts(cause), "note": note}
+        return {**facts, **work.cause_facts(cause), "note": note}
 
     async def _files(self) -> list[tuple[str, str, bytes]]:
         def read() -> list[tuple[str, str, bytes]]:
@@ -741,7 +724,7 @@ class RecordingService(Part):
             await asyncio.to_thread(write_atomic, self._notes_file, content)
 
 
-def pickled(moments: Iterable[RecordedMoment]) -> list[bytes]:
+def pickled(moments: Iterable[work.RecordedMoment]) -> list[bytes]:
     """Pickle each by itself: between two of them the pilot may have the interpreter."""
     found: list[bytes] = []
     for one in moments:

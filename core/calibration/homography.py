@@ -79,8 +79,7 @@ def poses(mapping: Array, camera: Array) -> Poses:
     lengths = np.linalg.norm(scaled[:, :, :2], axis=1).mean(axis=1)
     scaled *= (np.where(scaled[:, 2, 2] < 0, -1.0, 1.0) / lengths)[:, None, None]
     first, second = scaled[:, :, 0], scaled[:, :, 1]
-    rough = np.stack((first, second, np.cross(first, second)), axis=-1)
-    left, _, right = np.linalg.svd(rough)
+    left, _, right = np.linalg.svd(np.stack((first, second, np.cross(first, second)), axis=-1))
     return Poses(left @ right, scaled[:, :, 2])
 
 

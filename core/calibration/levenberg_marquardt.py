@@ -40,11 +40,6 @@ def soft_weights(lengths: Array, scale: float) -> Array:
     return 1 / np.sqrt(1 + (lengths / scale) ** 2)
 
 
-def soft_costs(lengths: Array, scale: float) -> Array:
-    """Error lengths → their soft-L1 costs, like the squares for small errors."""
-    return 2 * scale**2 * (np.sqrt(1 + (lengths / scale) ** 2) - 1)
-
-
 def descend(
     linearise: Callable[[State], Linearisation[State, Linear]],
     advance: Callable[[State, Linear, float], tuple[State, float]],
@@ -110,4 +105,6 @@ def minimise(
 
 
 def _cost(residuals: Array, soft: float | None) -> float:
-    return float(residuals @ residuals) if soft is None else float(soft_costs(residuals, soft).sum())
+    if soft is None:
+        return float(residuals @ residuals)
+    return float((2 * soft**2 * (np.sqrt(1 + (residuals / soft) ** 2) - 1)).sum())

@@ -69,8 +69,7 @@ def mount_by_equation_13(found: Extrinsics, boards: Sequence[tuple[Plane, Array]
     def move(guess: Guess, step: Array) -> Guess:
         return guess.moved(np.concatenate((step, (0.0, 0.0))))
 
-    start = Guess(found.transform.rotation, found.transform.translation)
-    fit = minimise(model, start, move)
+    fit = minimise(model, Guess(found.transform.rotation, found.transform.translation), move)
     variance, bread = fit.cost / max(len(pairs) - PARAMETER_COUNT, 1), np.linalg.pinv(fit.information, hermitian=True)
     spread, first = variance * fit.information, 0
     for plane, points in boards:

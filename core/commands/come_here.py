@@ -51,8 +51,7 @@ class LocateVoice:
             self._approach = GoalController(aim, ctx, cruise=ctx.company.coming)
         step = self._approach.drive(ctx, aim)
         if step.state == "there":
-            apart = ctx.pose.distance_to(aim.x, aim.y)
-            remark = Statement("come.here_i_am_heard", apart=f"{apart:.2f}")
+            remark = Statement("come.here_i_am_heard", apart=f"{ctx.pose.distance_to(aim.x, aim.y):.2f}")
             return Progress(finished="done", remark=remark, fraction=1.0, person=self._person)
         return going(step, self._person, Statement("come.bearings_cross", count=len(self._place.used)))
 

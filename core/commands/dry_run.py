@@ -148,8 +148,7 @@ def _towards(
 def _in_view(ctx: ControlContext, call: VoiceBearing) -> bool:
     if ctx.camera is None:
         return False
-    column = Viewpoint(ctx.camera).column(wrap(call.azimuth - ctx.pose.heading))
-    return 0 <= column < ctx.camera.model.width
+    return 0 <= Viewpoint(ctx.camera).column(wrap(call.azimuth - ctx.pose.heading)) < ctx.camera.model.width
 
 
 def _is_who(rectangle: Rectangle, ctx: ControlContext) -> bool:

@@ -34,9 +34,8 @@ from core.recording.archives import CONTROLS
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 
 PAPER_ERROR_M = 0.08  # [m], the chapter's worst average error of EKF-SLAM
-FORM = EkfSettings(
-    mode="paper", soft_gate=0.0, sighting_noise="corner"
-)  # eq. 17-33; R of eq. 43 comes with the draws
+# eq. 17-33; R of eq. 43 comes with the draws
+FORM = EkfSettings(mode="paper", soft_gate=0.0, sighting_noise="corner")
 EXACT_CORNER_SD = 1e-5  # [m], [rad]: sd of a corner that is given beforehand
 ROOM = "the twelve corners of the room"
 SEEN_WITHIN: dict[Field, str] = {

@@ -193,8 +193,7 @@ class SpokenRoom:
         across = np.array([-way[1], way[0]]) / math.hypot(*way)
         body = np.column_stack((np.array([x, y]) + BODY[:, :1] * across, BODY[:, 1]))
         along = np.linspace(0.0, 1.0, max(int(math.hypot(*way) / SIGHT_STEP_M), 2))[1:, None]
-        seen = [self.world.open_air(eye + along * (place - eye)) for place in body]
-        return float(np.mean(seen)) < SEEN
+        return float(np.mean([self.world.open_air(eye + along * (place - eye)) for place in body])) < SEEN
 
     def command(
         self, words: str, tries: int = 1, *, watch: Watch = lambda _: None, pcm: bytes | None = None

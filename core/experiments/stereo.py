@@ -44,9 +44,8 @@ ABOUT = About(
         "rooms.2.median_error_m",
     ),
 )
-Distance = tuple[
-    float, float, bool
-]  # error [m] of one by the pair, its sd [m], and whether the laser sees nothing there
+# error [m] of one by the pair, its sd [m], and whether the laser sees nothing there
+Distance = tuple[float, float, bool]
 
 
 class RoomDistances(TypedDict):

@@ -134,8 +134,7 @@ def trial(name: str, number: int, seed: int, *, words: bool = True, settings: Se
     """One run of one command → its row; without `words` the command is typed with a voice without words."""
     kind = TRIALS[name]
     place = kind.places[number % len(kind.places)]
-    luck = np.random.SeedSequence((seed, number, tuple(TRIALS).index(name)))
-    chance = np.random.default_rng(luck)
+    chance = np.random.default_rng(np.random.SeedSequence((seed, number, tuple(TRIALS).index(name))))
     start, said = kind.start(world_named(place), chance)
     recognizer = _recognizer() if words else None
     own, voice = int(chance.integers(2**31)), drawn_voice(chance)

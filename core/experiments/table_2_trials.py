@@ -142,8 +142,7 @@ def _free_ahead(world: World, pose: Pose) -> float:
     c, s = math.cos(pose.heading), math.sin(pose.heading)
     side = np.array([[-s, c]]) * np.linspace(-WAY_HALF_WIDTH_M, WAY_HALF_WIDTH_M, WAY_RAYS)[:, None]
     origins = np.array([[pose.x, pose.y]]) + side
-    rays = [cast(origin, np.array([[c, s]]), world.obstacles).distance[0] for origin in origins]
-    return float(min(rays))
+    return float(min([cast(origin, np.array([[c, s]]), world.obstacles).distance[0] for origin in origins]))
 
 
 def _spoken(value: float) -> str:
@@ -185,8 +184,7 @@ def _stop_at(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcom
 
 
 def _stop(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
-    before = room.robot.truth
-    room.place(off=along(before, 3.0))
+    room.place(off=along(room.robot.truth, 3.0))
     going = room.robot.tell("continue 3 meters")
     room.robot.run(float(room.chance.uniform(1.0, 4.0)))
     heard = room.command(words, MAX_TRIES)
@@ -324,8 +322,7 @@ def along(pose: Pose, length: float) -> list[tuple[float, float]]:
 
 def _azimuth(room: SpokenRoom, truth: Pose, x: float, y: float) -> float:
     """Azimuth [rad] of a person, on the robot's own map."""
-    known = room.robot.snapshot.estimate.pose
-    return truth.bearing_to(x, y) + known.heading
+    return truth.bearing_to(x, y) + room.robot.snapshot.estimate.pose.heading
 
 
 PRECONDITIONS = (

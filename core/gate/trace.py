@@ -116,8 +116,7 @@ def _line(values: Iterable[object]) -> str:
 def read_trace(path: Path) -> list[TraceRow]:
     """Read the rows of a trace; a last line that was cut off is left out. Raises ValueError for anything else."""
     text = path.read_text()
-    whole = text[: text.rfind("\n") + 1]
-    lines = list(csv.reader(whole.splitlines()))
+    lines = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
     if not lines or tuple(lines[0]) != HEADER:
         raise ValueError(f"{path.name} is no trace of the gate.")
     return [

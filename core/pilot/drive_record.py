@@ -9,19 +9,7 @@ import numpy as np
 from core.message import Array, listed
 from core.perception.landmarks.edges import ImageEdge
 from core.pilot.trail import NO_POINTS
-from core.recording.frame_record import (
-    ClosureAct,
-    EditAct,
-    FrameRecord,
-    MapAct,
-    PlaceAct,
-    ResultRecord,
-    TakenAct,
-    TakenRecord,
-    TurnAct,
-    UsedAct,
-    row_of,
-)
+from core.recording import frame_record
 from core.robots import Profile
 from core.robots.profile_json import profile_from_json, profile_to_json
 from core.sensors import SensorFrame
@@ -34,14 +22,16 @@ DIGEST_LETTERS = 16
 MAP_NAME = "of the recording"
 
 
-def record_of(snapshot: Snapshot, gate: str, operator: str, *, map_is_new: bool, view_is_new: bool) -> FrameRecord:
+def record_of(
+    snapshot: Snapshot, gate: str, operator: str, *, map_is_new: bool, view_is_new: bool
+) -> frame_record.FrameRecord:
     """A frame and what was made of it. Landmarks and map are written where the map has changed."""
     inputs = snapshot.inputs or PilotInputs(frame=SensorFrame(stamp=snapshot.stamp))
     view, hearing, command, lost = snapshot.view, snapshot.hearing, snapshot.active_command, snapshot.floor.lost
-    results = ResultRecord(
-        pose=row_of(snapshot.estimate.pose),
+    results = frame_record.ResultRecord(
+        pose=frame_record.row_of(snapshot.estimate.pose),
         covariance=_numbers(snapshot.estimate.covariance),
-        dead_reckoning=row_of(snapshot.dead_reckoning.pose),
+        dead_reckoning=frame_record.row_of(snapshot.dead_reckoning.pose),
         velocity=(snapshot.velocity.v, snapshot.velocity.w),
         gate=gate,
         operator=operator,
@@ -55,8 +45,8 @@ def record_of(snapshot: Snapshot, gate: str, operator: str, *, map_is_new: bool,
         path=tuple(map(_numbers, snapshot.path)),
         lost="" if lost is None else lost.words,
     )
-    taken = TakenRecord(inputs.first, inputs.deaf, inputs.doing, tuple(map(_act, inputs.acts)))
-    return FrameRecord.of(inputs.frame, taken, results)
+    taken = frame_record.TakenRecord(inputs.first, inputs.deaf, inputs.doing, tuple(map(_act, inputs.acts)))
+    return frame_record.FrameRecord.of(inputs.frame, taken, results)
 
 
 def digest_of(grid: OccupancyGrid) -> str:
@@ -66,29 +56,29 @@ def digest_of(grid: OccupancyGrid) -> str:
     return hashed.hexdigest()[:DIGEST_LETTERS]
 
 
-def inputs_of(frame: SensorFrame, taken: TakenRecord) -> PilotInputs:
+def inputs_of(frame: SensorFrame, taken: frame_record.TakenRecord) -> PilotInputs:
     """A recorded frame with what the pilot took beside it. Raises BadInput."""
     acts = tuple(_act_again(act) for act in taken.acts)
     return PilotInputs(frame=frame, deaf=taken.deaf, doing=taken.doing, acts=acts, first=taken.first)
 
 
-def _act(act: PilotAct) -> TakenAct:
+def _act(act: PilotAct) -> frame_record.TakenAct:
     match act:
         case SavedMap():
-            return MapAct(act.to_bytes())
+            return frame_record.MapAct(act.to_bytes())
         case Profile():
-            return UsedAct(profile_to_json(act))
+            return frame_record.UsedAct(profile_to_json(act))
         case _:
             return act
 
 
-def _act_again(act: TakenAct) -> PilotAct:
+def _act_again(act: frame_record.TakenAct) -> PilotAct:
     match act:
-        case MapAct(content):
+        case frame_record.MapAct(content):
             return SavedMap.from_bytes(content, MAP_NAME)
-        case UsedAct(profile):
+        case frame_record.UsedAct(profile):
             return profile_from_json(profile)
-        case PlaceAct() | ClosureAct() | EditAct() | TurnAct():
+        case frame_record.PlaceAct() | frame_record.ClosureAct() | frame_record.EditAct() | frame_record.TurnAct():
             return act
 
 

@@ -173,13 +173,9 @@ class Pilot:
         """Ask this for people in pictures, from the next command on; None: the embedded detector."""
         self._inbox.put(lambda _: setattr(self, "_look", look))
 
-    def undo_closure(self, number: int) -> None:
-        """Take back a place that was recognised, from the next frame on."""
-        self._act(ClosureAct(number, believed=False))
-
-    def redo_closure(self, number: int) -> None:
-        """Believe it again."""
-        self._act(ClosureAct(number, believed=True))
+    def believe_closure(self, number: int, believed: bool) -> None:
+        """Take back a place that was recognised, or believe it again, from the next frame on."""
+        self._act(ClosureAct(number, believed))
 
     def place_at(self, x: float, y: float, heading: float | None = None) -> None:
         """The operator says "I am here": world [m], [rad]."""
@@ -220,7 +216,7 @@ class Pilot:
     def finish(self) -> tuple[tuple[Landmark, ...], OccupancyGrid]:
         """The log is over: let the map settle → its landmarks and its grid."""
         self._mapper.finish()
-        self._odometry.finish()
+        self._odometry.agreement.finish()
         return self._mapper.landmarks, self._mapper.grid
 
     @property
@@ -278,7 +274,7 @@ class Pilot:
         self.frame = frame = self._profile.first_view(frame)
         motion = self._odometry.update(frame)
         self._wheels = motion.wheels
-        frame = self._timing.correct(frame, motion, self._odometry.lateness)
+        frame = self._timing.correct(frame, motion, self._odometry.agreement.lateness)
         seen = self._vision.look(frame, motion, self._is_idle)
         voices = self._hearing.listen(frame.sound, frame.stamp, motion.increment)
         self._scanned = self._scanned if frame.scan is None else frame.stamp
@@ -322,7 +318,7 @@ class Pilot:
                 for mapper in self._mappers:
                     mapper.place_at(x, y, heading)
             case ClosureAct(number, believed):
-                (self._mapper.redo if believed else self._mapper.undo)(number)
+                self._mapper.believe(number, believed)
             case EditAct(edits):
                 self._edits = MapEdits(tuple(MapEdit(kind, np.array(at), width) for kind, width, at in edits))
             case TurnAct(angle):
@@ -497,9 +493,8 @@ class Pilot:
         yield "array", hearing.contradiction, "warning", Statement("pilot.microphones_agree")
         yield "picture", vision.poor, "warning", Statement("pilot.camera_sees")
         yield "mount", self._mount.alarm, "warning", Statement("pilot.camera_sits")
-        slow = (
-            frame.pace < 1 and not self._profile.simulated
-        )  # a simulated robot's clock waits, and the page shows it
+        # a simulated robot's clock waits, and the page shows it
+        slow = frame.pace < 1 and not self._profile.simulated
         yield "pace", SLOW if slow else "", "warning", KEEPS_UP
         for fault in self._disagreements:
             yield fault.code, fault.statement, "warning", ""
@@ -548,7 +543,7 @@ class Pilot:
             person=doing.person,
             drift=self._mount.drift,
             timings=self._timing.offsets,
-            agreement=self._odometry.compared,
+            agreement=self._odometry.agreement.compared,
             notices=self._notices.newest,
             sensors=self._sensor_status,
             contact=frame.contact,

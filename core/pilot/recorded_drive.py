@@ -183,7 +183,7 @@ class ComputedNow:
     def __init__(self, drive: DriveRecording, settings: Settings) -> None:
         self._drive, self._settings = drive, settings
         self._pilot: Pilot | None = None
-        self._drawn = Pose()  # recorded_from_computed
+        self.recorded_from_computed = Pose()  # not equal where what is computed began in the middle of a drive
         self.since = 0.0  # [s] from the start of the recording
         self.whole = False  # it began with the first frame of a pilot, as that day
         self.resumed = False  # it began in the map that was there
@@ -201,7 +201,7 @@ class ComputedNow:
         else:
             snapshot = self._pilot.repeat(inputs)
         if begins:
-            self._drawn = self._found(moment, snapshot.estimate.pose)
+            self.recorded_from_computed = self._found(moment, snapshot.estimate.pose)
         return snapshot
 
     def _begin(self, inputs: PilotInputs, moment: DriveMoment | None) -> Snapshot:
@@ -239,11 +239,6 @@ class ComputedNow:
         if moment.results is None or self.whole or self.resumed:
             return Pose()
         return Pose(*moment.results.pose) @ pose.inverse()
-
-    @property
-    def recorded_from_computed(self) -> Pose:
-        """The recorded world is another one where what is computed began in the middle of a drive."""
-        return self._drawn
 
     def settle(self) -> tuple[tuple[Landmark, ...], OccupancyGrid]:
         """The drive is over → landmarks and map."""

@@ -31,7 +31,7 @@ from core.pilot.replayed_sightings import ReplayedSightings
 from core.pilot.trail import NO_POINTS
 from core.recording import ScanRecording, open_log
 from core.recording.drive import CAMERA_TOPIC, SAME_MOMENT_S, DriveMoment, DriveRecording, is_drive, text_of
-from core.robots import Profile, Robot
+from core.robots import Robot
 from core.robots.frame_sender import merged
 from core.robots.replayed import PlayedRecording, ReplayedRobot
 from core.robots.requests import AnswerT, PlaybackMark, PlaybackState, Requests, RobotRequest, ShowWay
@@ -63,29 +63,18 @@ class DriveIndex:
     def __init__(self, path: Path, settings: Settings) -> None:
         self._path, self._settings = path, settings
         self._rows: list[tuple[float, float, float]] = []  # [s] from the start, x, y [m]
-        self._over, self._free = threading.Event(), threading.Event()
-        self._free.set()
+        self._over = threading.Event()
+        self.free = threading.Event()  # not set while a place is sought: then it rests
+        self.free.set()
         self.done = False
         self._thread = threading.Thread(target=self._run, name="drive-index", daemon=True)
-
-    def start(self) -> None:
-        """Read, while the recording plays already."""
         self._thread.start()
-
-    def pause(self) -> None:
-        """Rest until `resume`: a place is being sought."""
-        self._free.clear()
-
-    def resume(self) -> None:
-        """Go on."""
-        self._free.set()
 
     def close(self) -> None:
         """End."""
         self._over.set()
-        self._free.set()
-        if self._thread.is_alive():
-            self._thread.join()
+        self.free.set()
+        self._thread.join()
 
     def trail(self, until: float) -> Array:
         """The way up to a time [s] as far as it is read, (N, 2) [m]."""
@@ -96,7 +85,7 @@ class DriveIndex:
         drive = DriveRecording(self._path, self._settings.log)
         try:
             for at, (x, y, _) in drive.places():
-                self._free.wait()
+                self.free.wait()
                 if self._over.is_set():
                     return
                 if not self._rows or np.hypot(x - self._rows[-1][1], y - self._rows[-1][2]) >= TRAIL_STEP_M:
@@ -139,7 +128,7 @@ class ReplayedDrive(PlayedRecording):
         super().__init__()
         self._drive, self._settings = DriveRecording(path, settings.log), settings
         self._robot = robot_of(self._drive)
-        self._events = marks_of(self._drive)
+        self._marks = marks_of(self._drive)
         self._has_results = self._drive.has_results
         self._recorded = AsRecorded(self._robot.built)
         self._computed: ComputedNow | None = None
@@ -153,8 +142,7 @@ class ReplayedDrive(PlayedRecording):
         self._snapshot: Snapshot | None = None
         self._pace: list[tuple[float, float]] = []  # [s] real time, clock
         self._index = DriveIndex(path, settings)
-        self._index.start()
-        self._profile = replace(
+        self.profile = replace(
             self._robot.built,
             name=path.name,
             url=url,
@@ -173,11 +161,6 @@ class ReplayedDrive(PlayedRecording):
         self._last: tuple[DriveMoment, Snapshot | None, Snapshot | None] | None = None  # recorded, computed
         self._go_to(0.0)
 
-    @property
-    def profile(self) -> Profile:
-        """The profile of the robot that was recorded."""
-        return self._profile
-
     def read(self) -> SensorFrame:
         """One step of 1/rate further at the chosen speed; where computing takes longer, as far as it came."""
         began = time.monotonic()
@@ -186,14 +169,14 @@ class ReplayedDrive(PlayedRecording):
             self._playing, self._clock = False, self._drive.duration
             self._notes = (*self._notes, *self._left_out_words(), "The recording ends here.")
         elif self._playing and self._next is not None:
-            goal = self._time_of(self._next) if self._waits else self._clock + self._speed / self._profile.rate
+            goal = self._time_of(self._next) if self._waits else self._clock + self._speed / self.profile.rate
             frame, complete = self._advance(goal, began + COMPUTING_BUDGET_S)
             self._clock = min(goal, self._drive.duration) if complete else self._clock
         running = self._playing
         if frame is not None and self._waits:
             self._pause()
         self._measure(began)
-        self._index.resume()
+        self._index.free.set()
         return self._frame(frame, running=running)
 
     def _frame(self, frame: SensorFrame | None, *, running: bool) -> SensorFrame:
@@ -287,10 +270,6 @@ class ReplayedDrive(PlayedRecording):
         return cast(AnswerT, self._state)
 
     @property
-    def _marks(self) -> tuple[PlaybackMark, ...]:
-        return self._events
-
-    @property
     def _state(self) -> PlaybackState:
         computed = self._computed
         return PlaybackState(
@@ -346,7 +325,7 @@ class ReplayedDrive(PlayedRecording):
 
     def _go_to(self, place: float) -> None:
         """Go on from a place [s]: what was known there is shown, and what is computed begins there."""
-        self._index.pause()  # until the place is shown
+        self._index.free.clear()  # until the place is shown
         self._computed, self._pace, self._last, self._comparison = None, [], None, None
         grid = self._drive.latest(MAP, place)
         known = () if grid is None else landmarks_with(self._drive, grid)

@@ -10,7 +10,7 @@ from core.pilot.trail import NO_POINTS, Trail
 from core.recording import SightingRecording, SightingStep
 from core.robots import Profile
 from core.robots.replayed import PlayedRecording
-from core.robots.requests import PlaybackMark, PlaybackState
+from core.robots.requests import PlaybackState
 from core.settings import Settings
 from core.slam.ekf_slam import EkfSlam
 from core.slam.estimate import Estimate
@@ -30,7 +30,7 @@ class ReplayedSightings(PlayedRecording):
     def __init__(self, recording: SightingRecording, url: str, settings: Settings) -> None:
         super().__init__()
         self._recording, self._settings = recording, settings
-        self._profile = Profile(
+        self.profile = Profile(
             name=recording.path.name, url=url, capabilities=frozenset({"replay"}), duration=recording.duration
         )
         self._notes = tuple(recording.report.warnings)
@@ -44,18 +44,13 @@ class ReplayedSightings(PlayedRecording):
         self._next = 0  # number of the next step
         self._shown = self._snapshot(ZERO)
 
-    @property
-    def profile(self) -> Profile:
-        """The little that the log says of the robot."""
-        return self._profile
-
     def read(self) -> ReplayFrame:
         """One step of 1/rate further at the chosen speed; where estimating takes longer, as far as it came."""
         deadline = time.monotonic() + COMPUTING_BUDGET_S
         if self._playing and self._ended:
             self._playing, self._notes = False, (*self._notes, "The recording ends here.")
         elif self._playing and self._clock >= self._goal:
-            further = 0.0 if self._waits else self._speed / self._profile.rate
+            further = 0.0 if self._waits else self._speed / self.profile.rate
             self._goal = min(self._goal + further, self._recording.duration)
         running = self._playing
         self._estimate_until(deadline)
@@ -67,9 +62,6 @@ class ReplayedSightings(PlayedRecording):
         return ReplayFrame(
             stamp=stamp, notes=notes, running=running, progress=state.progress, shown=shown, playback=state
         )
-
-    def close(self) -> None:
-        """Close nothing: the log was read whole."""
 
     def _estimate_until(self, deadline: float) -> None:
         """Take every step up to the goal, or until the time is over."""
@@ -118,10 +110,6 @@ class ReplayedSightings(PlayedRecording):
             dead_reckoning_trail=self._drifted.points,
             path=NO_POINTS,
         )
-
-    @property
-    def _marks(self) -> tuple[PlaybackMark, ...]:
-        return ()
 
     @property
     def _state(self) -> PlaybackState:

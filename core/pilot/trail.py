@@ -23,29 +23,24 @@ class Trail:
         self._step = step
         self._most = most
         self._points: list[tuple[float, float]] = []
-        self._array = NO_POINTS
-
-    @property
-    def points(self) -> Array:
-        """All of it (K, 2) [m], read-only."""
-        return self._array
+        self.points = NO_POINTS  # all of it (K, 2) [m], read-only
 
     def follow(self, way: Array) -> None:
         """Begin with a way (N, 2) [m] whose points are far enough apart already."""
         while len(way) > self._most:
             way, self._step = way[::2], 2 * self._step
-        self._points, self._array = [(x, y) for x, y in way.tolist()], frozen(way.copy())
+        self._points, self.points = [(x, y) for x, y in way.tolist()], frozen(way.copy())
 
     def add(self, x: float, y: float) -> Array:
         """Go on to (x, y) [m] → the trail (K, 2) [m], read-only."""
         if self._points and np.hypot(x - self._points[-1][0], y - self._points[-1][1]) < self._step:
-            return self._array
+            return self.points
         self._points.append((x, y))
         if len(self._points) > self._most:
             self._points = self._points[::2]
             self._step *= 2
-        self._array = frozen(np.array(self._points))
-        return self._array
+        self.points = frozen(np.array(self._points))
+        return self.points
 
 
 class MapTrail:

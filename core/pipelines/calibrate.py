@@ -11,6 +11,7 @@ from typing import Annotated, NamedTuple
 import msgspec
 import numpy as np
 
+from core.calibration import reports
 from core.calibration.board.board import Board
 from core.calibration.board.chessboard import board_by_hand, find_board
 from core.calibration.board.quality import BoardNotSeen, judge, miscount_words, why_none
@@ -27,15 +28,6 @@ from core.calibration.laser.solve import LaserPose
 from core.calibration.laser.suspicion import Rival
 from core.calibration.mount import Mount
 from core.calibration.printed import equation_44
-from core.calibration.reports import (
-    CameraFilesReport,
-    LaserFilesReport,
-    RefusedPicture,
-    camera_report,
-    correction_report,
-    found_faults,
-    laser_report,
-)
 from core.errors import BadInput
 from core.files import save_all
 from core.message import Array
@@ -60,7 +52,7 @@ def calibrate_camera(
     *,
     printed: bool = False,
     corners: Path | None = None,
-) -> CameraFilesReport:
+) -> reports.CameraFilesReport:
     """Pictures of a board → the camera as JSON keys; with `out`, files in every form.
 
     `printed`: with eq. 44's coefficients. `corners`: a file of extreme corners that were marked by hand. Raises
@@ -87,7 +79,7 @@ def marked_corners(path: Path, pictures: Collection[str]) -> dict[str, Array]:
 
 def camera_from(
     looked: LookedAtViews, count: int, board: Board, out: Path | None = None, *, printed: bool = False
-) -> CameraFilesReport:
+) -> reports.CameraFilesReport:
     """Views from any source, of `count` pictures → JSON keys and files. Raises BadInput."""
     views, refused = looked.views, looked.refused
     if len(views) < 3:
@@ -100,16 +92,16 @@ def camera_from(
     calibration = calibrate(views, board, looked.size)
     if calibration.undecided:
         raise UnusableReading(calibration.undecided, (*calibration.faults, *looked.faults))
-    report = camera_report(calibration)
-    dropped: list[RefusedPicture] = [
+    report = reports.camera_report(calibration)
+    dropped: list[reports.RefusedPicture] = [
         {"image": each.name, "reason": each.reason} for each in calibration.verdicts if not each.used
     ]
-    answer: CameraFilesReport = {
+    answer: reports.CameraFilesReport = {
         **report,
-        "faults": report["faults"] + found_faults(looked.faults),
+        "faults": report["faults"] + reports.found_faults(looked.faults),
         "warnings": looked.warnings + report["warnings"],
         "views_refused": refused + dropped,
-        "correction": correction_report(calibration.model),
+        "correction": reports.correction_report(calibration.model),
         "files": {} if out is None else save_all(out, camera_exports(calibration, report)),
     }
     if printed:
@@ -127,7 +119,7 @@ def calibrate_laser(
     with_offset: bool = False,
     progress: WorkProgress = UNSEEN,
     printed: bool = False,
-) -> LaserFilesReport:
+) -> reports.LaserFilesReport:
     """A folder of picture-and-scan pairs and a camera file → the mount as JSON keys; with `out`, files.
 
     `board` defaults to the one in the camera file. `height` [m] of the camera above the laser, measured by ruler,
@@ -215,7 +207,7 @@ def average_scan(bearings: Array, ranges: Array) -> MeanScan:
 
 def mount_from(
     poses: Sequence[LaserPose],
-    refused: Sequence[RefusedPicture],
+    refused: Sequence[reports.RefusedPicture],
     board: Board,
     model: CameraModel,
     background: Array | None = None,
@@ -226,7 +218,7 @@ def mount_from(
     with_offset: bool = False,
     out: Path | None = None,
     printed: bool = False,
-) -> LaserFilesReport:
+) -> reports.LaserFilesReport:
     """Poses from any source, the pairs refused so far, the empty room (B,) [m] → JSON keys and files.
 
     `rivals`: other ways in which the scans may belong to the boards; `faults`: of the refused pairs. Raises BadInput,
@@ -245,17 +237,16 @@ def mount_from(
         raise doubt
     if found is None:
         raise BadInput(trouble)
-    report = laser_report(found, [pose.name for pose in poses], board, model)
+    report = reports.laser_report(found, [pose.name for pose in poses], board, model)
     return {
         **report,
         "poses_refused": [*refused, *report["poses_refused"]],
-        "faults": found_faults(faults),
+        "faults": reports.found_faults(faults),
         "files": {} if out is None else save_all(out, laser_exports(found, board, model)),
     }
 
 
-def _too_few(used: int, count: int, what: str, refused: Sequence[RefusedPicture]) -> str:
-    """The sentence where too few pictures or pairs are left."""
+def _too_few(used: int, count: int, what: str, refused: Sequence[reports.RefusedPicture]) -> str:
     reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
     return f"Only {used} of {count} {what} can be used; at least 3 are needed. {reasons}".strip()
 
@@ -283,7 +274,7 @@ class LookedAtViews(NamedTuple):
     """The outcome of all pictures."""
 
     views: list[ViewCorners]
-    refused: list[RefusedPicture]
+    refused: list[reports.RefusedPicture]
     faults: tuple[Fault, ...]
     warnings: list[str]
     size: tuple[int, int]  # [pixel] that most have
@@ -294,7 +285,7 @@ def _views(files: Sequence[Path], board: Board, progress: WorkProgress, marked: 
     if len(files) > MOST_FILES:
         raise BadInput(f"{len(files)} pictures are too many; at most {MOST_FILES} are read at once.")
     found: list[tuple[ViewCorners, tuple[int, int]]] = []
-    refused: list[RefusedPicture] = []
+    refused: list[reports.RefusedPicture] = []
     faults: list[Fault] = []
     warnings: list[str] = []
     twins: dict[bytes, str] = {}
@@ -340,7 +331,7 @@ def _corners(grey: Array, board: Board, extreme: Array | None = None) -> tuple[A
     return view.corners, quality.warnings
 
 
-def _pairs(folder: Path) -> tuple[list[tuple[Path, Path]], list[RefusedPicture], Path | None]:
+def _pairs(folder: Path) -> tuple[list[tuple[Path, Path]], list[reports.RefusedPicture], Path | None]:
     """images/ next to scans/ or lasers/ → pairs, pictures without a scan, and a file named background, if any.
 
     Files pair by the number in their names where one folder has all numbers of the other, else in natural order.
@@ -357,7 +348,7 @@ def _pairs(folder: Path) -> tuple[list[tuple[Path, Path]], list[RefusedPicture],
     own, theirs = _numbered(pictures), _numbered(scans)
     common = [number for number in own if number in theirs]
     if common and len(common) == min(len(pictures), len(scans)):
-        refused: list[RefusedPicture] = [
+        refused: list[reports.RefusedPicture] = [
             {"image": path.name, "reason": "no scan has its number"}
             for number, path in own.items()
             if number not in theirs

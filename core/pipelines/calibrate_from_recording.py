@@ -84,8 +84,7 @@ class StillPoses:
         if not len(self._bearings):
             self._bearings = scan.angles
         if len(scan.ranges) == len(self._bearings):
-            ranges = np.where(scan.valid, scan.ranges, np.nan)
-            self._scans.append((scan.stamp, ranges.astype(np.float32)))
+            self._scans.append((scan.stamp, np.where(scan.valid, scan.ranges, np.nan).astype(np.float32)))
 
     def poses(self) -> tuple[list[LaserPose], list[RefusedPicture], Array | None]:
         """The still poses, those that cannot be used with the reason, and the empty room (B,) [m] if it is known."""

@@ -178,8 +178,8 @@ class RecordingTranscriber:
         reader = WordReader(self._settings, self._engine, array if channel is None else None, channel or 0)
         heard: list[RecognizedUtterance] = []
         for piece in progress.each(list(reader.prepared(sound).pieces(PIECE_S)), name):
-            heard += reader.feed(piece)
-        heard += reader.finish()
+            heard += reader.transcriber.feed(piece)
+        heard += reader.transcriber.finish()
         return [said for said in heard if said.final], [said for said in heard if not said.final]
 
 

@@ -38,24 +38,16 @@ class WordReader:
     ) -> None:
         """`array`: of which a beam is made; None: words are read in `channel`."""
         self._channel = channel if array is None else None
-        self._transcriber: Transcriber | ArrayTranscriber
+        self.transcriber: Transcriber | ArrayTranscriber
         if array is None:
-            self._transcriber = Transcriber(settings.speech, recognizer=engine.recognizer)
+            self.transcriber = Transcriber(settings.speech, recognizer=engine.recognizer)
         else:
             given = (replace(array, rate=None), settings.speech, settings.direction_finding)
-            self._transcriber = ArrayTranscriber(*given, recognizer=engine.recognizer)
+            self.transcriber = ArrayTranscriber(*given, recognizer=engine.recognizer)
 
     def prepared(self, sound: Sound) -> Sound:
         """The channels in which words are read, at the recognizer's rate. Raises BadInput."""
         return at_16_khz(sound) if self._channel is None else for_words(sound, self._channel)
-
-    def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
-        """The next piece of prepared sound → STOP at once, and the sentences that ended in it. Raises BadInput."""
-        return self._transcriber.feed(sound)
-
-    def finish(self) -> tuple[RecognizedUtterance, ...]:
-        """The sound ends here → the sentence that was under way."""
-        return self._transcriber.finish()
 
 
 class SpeechListener:
@@ -79,11 +71,11 @@ class SpeechListener:
         heard = self._ears.hear(stamp, STILL)
         if heard is not None:
             self._voices = heard.voices or self._voices
-        return self._located(self._words.feed(self._words.prepared(sound)))
+        return self._located(self._words.transcriber.feed(self._words.prepared(sound)))
 
     def finish(self) -> tuple[HeardSpeech, ...]:
         """The sound ends here → the sentence that was under way."""
-        return self._located(self._words.finish())
+        return self._located(self._words.transcriber.finish())
 
     def _located(self, utterances: Iterable[RecognizedUtterance]) -> tuple[HeardSpeech, ...]:
         return tuple(

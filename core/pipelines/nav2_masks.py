@@ -173,8 +173,7 @@ def _cut(piece: Array) -> list[Array] | None:
     if count <= 2:
         return None
     hole = labels[1:-1, 1:-1] == next(k for k in range(1, count) if k != labels[0, 0])
-    column = int(np.flatnonzero(hole.any(axis=0))[0])
-    return _split(piece, column, axis=1)
+    return _split(piece, int(np.flatnonzero(hole.any(axis=0))[0]), axis=1)
 
 
 def _halves(piece: Array) -> list[Array]:

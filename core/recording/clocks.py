@@ -253,8 +253,7 @@ def longest_part(stamps: Array) -> tuple[int, int]:
 
     That is the whole file, unless its times begin again within those that were before: two recordings in one file.
     """
-    backs = np.flatnonzero(np.diff(stamps) < -MIN_BACK_S) + 1
-    edges = [0, *backs.tolist(), len(stamps)]
+    edges = [0, *(np.flatnonzero(np.diff(stamps) < -MIN_BACK_S) + 1).tolist(), len(stamps)]
     parts = [(a, b) for a, b in itertools.pairwise(edges) if b - a >= MIN_PART_ROWS]
     if not 2 <= len(parts) <= MAX_PARTS or len(edges) > MAX_PARTS + 1:
         return 0, len(stamps)

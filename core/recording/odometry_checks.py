@@ -87,8 +87,7 @@ def _of_one_sense(name: str, poses: Array, report: ReadReport) -> Array | None:
     A base goes along its heading. Where the direction of its way turns against its heading, one of both is mirrored
     (x and y exchanged, one of them negated).
     """
-    finite = np.isfinite(poses).all(axis=1)
-    rows = poses[finite]
+    rows = poses[np.isfinite(poses).all(axis=1)]
     way = np.cumsum(np.hypot(*np.diff(rows[:, :2], axis=0, prepend=rows[:1, :2]).T)) if len(rows) else np.zeros(1)
     if not np.isfinite(way[-1]) or way[-1] < MIN_HEADED_WAY_M or len(rows) < MIN_CHORDS:
         return poses

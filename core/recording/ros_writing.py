@@ -121,8 +121,7 @@ class RosEncoder(RosParts):
         )
         header = self.header(stamp, ODOM)
         yield self._message("/odom", ODOMETRY, stamp, header=header, child_frame_id=BASE, pose=pose, twist=twist)
-        moved = self._transform(stamp, ODOM, BASE, place)
-        yield self._message("/tf", TF, stamp, transforms=[moved])
+        yield self._message("/tf", TF, stamp, transforms=[self._transform(stamp, ODOM, BASE, place)])
 
     def _scan(self, scan: Scan) -> RosMessage:
         lasers, ranges = self._lasers, scan.ranges.astype(np.float32)

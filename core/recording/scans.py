@@ -95,8 +95,7 @@ def in_time_order(scans: list[Scan], tally: ReadReport) -> list[Scan]:
 
     Raises BadInput where fewer than MIN_KEPT_SHARE of the longest part in one clock are left.
     """
-    stamps = np.array([scan.stamp for scan in scans])
-    first, last = longest_part(stamps)
+    first, last = longest_part(np.array([scan.stamp for scan in scans]))
     if last - first < len(scans):
         tally.fault("clock.begins_again", "the laser", used=True, kept=last - first, all=len(scans))
         scans = scans[first:last]

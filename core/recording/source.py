@@ -68,8 +68,7 @@ class BinaryLog:
     def find(self, pattern: re.Pattern[bytes], start: int, longest: int) -> int | None:
         """Offset of the next match (at most `longest` bytes long) from `start` on, or None."""
         while start < self.size:
-            piece = self.at(start, STEP + longest)
-            match = pattern.search(piece)
+            match = pattern.search(self.at(start, STEP + longest))
             if match:
                 return start + match.start()
             start += STEP
@@ -188,8 +187,7 @@ class TextLog:
         with open_file(self.path, self._largest) as raw:
             packed = raw.read(2) == b"\x1f\x8b"
             raw.seek(0)
-            stream = io.BufferedReader(gzip.GzipFile(fileobj=raw)) if packed else raw
-            yield from self._lines(stream)
+            yield from self._lines(io.BufferedReader(gzip.GzipFile(fileobj=raw)) if packed else raw)
 
     def _lines(self, stream: BinaryIO | io.BufferedReader) -> Iterator[tuple[int, str]]:
         number, total = 0, 0

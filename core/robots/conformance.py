@@ -423,12 +423,12 @@ class Suite:
             return
         if drive and self._moved:
             self._drive_about()
-        self._odometry.finish()
+        self._odometry.agreement.finish()
         if self._repeated.faults:
             self.contradictions = self._repeated.faults
             self.add(AGREEMENT, False, advice=" ".join(one.sentence for one in self.contradictions))
             return
-        self.agreement, faults = self._odometry.compared, self._odometry.faults
+        self.agreement, faults = self._odometry.agreement.compared, self._odometry.faults
         if self._turned > 2 * TURN_RAD and self.agreement.turns == 0:
             self.skip("The wheels roll, the scans stand: put the robot on the floor, and check again.", AGREEMENT)
             return

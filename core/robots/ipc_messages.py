@@ -48,8 +48,7 @@ class DriverTrouble:
     @property
     def error(self) -> BeckonError:
         """The same error, to be raised on this side."""
-        kind = getattr(errors, self.kind, Unavailable)
-        return kind(self.sentence)
+        return getattr(errors, self.kind, Unavailable)(self.sentence)
 
 
 @dataclass(frozen=True)

@@ -198,20 +198,15 @@ class LiveRobot:
         taken: set[str] = set()
         self._equipment = equipment = tuple(link.named_apart(taken) for link in self._links)
         try:
-            self._profile = shape(equipment)
+            self.profile = shape(equipment)
         except BaseException:
             self.close()
             raise
         self._base = next((link for link in self._links if link.equipment and link.equipment.base), None)
-        for sentence in self._profile.notices:
+        for sentence in self.profile.notices:
             self._readings.note(sentence)
         self._times_up = self._base.times_up if self._base else 0
         self._neutral = True  # zero was asked for since the base came back
-
-    @property
-    def profile(self) -> Profile:
-        """The profile of this robot."""
-        return self._profile
 
     def drive(self, twist: Twist) -> None:
         """Hand the speeds on to the base. After the link was down, nothing moves before zero was asked for."""
@@ -255,7 +250,7 @@ class LiveRobot:
         match request_any:
             case ReadConnection():
                 parts = tuple(link.found(one) for link, one in zip(self._links, self._equipment, strict=True))
-                return cast(AnswerT, describe(self._profile, parts, self._equipment, self._file))
+                return cast(AnswerT, describe(self.profile, parts, self._equipment, self._file))
             case ReadRobotFile():
                 return cast(AnswerT, self._file)
             case SetListening():

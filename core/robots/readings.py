@@ -101,7 +101,7 @@ class Readings:
         """
         stamp = self.now() if stamp is None else stamp
         if not are_finite(odometry.x, odometry.y, odometry.heading, speed, turn_rate, stamp):
-            self.leave_out("odometry.malformed", "", "a value is no finite number")
+            self.fault("odometry.malformed", what="a value is no finite number")
             return
         if self._base.take(odometry, self.now(), source):
             self.forget_wheels()
@@ -131,7 +131,7 @@ class Readings:
         """A turn of a laser's mirror; `source`: who says so. One that was `overtaken` is only compared."""
         name = self._names.get((Laser, scan.laser), scan.laser)
         if scan.malformation:
-            self.leave_out("scan.malformed", name or "the laser", scan.malformation)
+            self.fault("scan.malformed", name or "the laser", what=scan.malformation)
             return
         try:
             scan = self._units.setdefault(name, RangeUnit(name or "the laser", self)).of_scan(scan)
@@ -157,7 +157,7 @@ class Readings:
         """A picture."""
         name = self._names.get((Camera, image.camera), image.camera)
         if image.malformation:
-            self.leave_out("picture.malformed", name or "the camera", image.malformation)
+            self.fault("picture.malformed", name or "the camera", what=image.malformation)
             return
         with self._lock:
             self._here.image = replace(image, camera=name)
@@ -180,7 +180,7 @@ class Readings:
     def sound(self, sound: Sound) -> None:
         """Samples that follow those before."""
         if sound.malformation:
-            self.leave_out("sound.malformed", "", sound.malformation)
+            self.fault("sound.malformed", what=sound.malformation)
             return
         with self._lock:
             self._here.sound = joined(self._here.sound, sound, LONGEST_SOUND)
@@ -194,7 +194,7 @@ class Readings:
     def battery(self, share: float) -> None:
         """How full the battery is, 0..1."""
         if not are_finite(share) or not 0.0 <= share <= 1.0:
-            self.leave_out("battery.malformed", "", f"{share}")
+            self.fault("battery.malformed", what=f"{share}")
             return
         with self._lock:
             self._here.battery = share
@@ -272,10 +272,6 @@ class Readings:
     def fault(self, code: str, sensor: str = "", *, used: bool = False, **values: object) -> None:
         """Add what a check found in readings of this device."""
         self._find(fault(code, sensor, used=used, **values))
-
-    def leave_out(self, code: str, sensor: str, what: str) -> None:
-        """Say why a reading is left out."""
-        self._find(fault(code, sensor, what=what))
 
     def _find(self, found: Fault, *, said: bool = True) -> None:
         """Keep a fault; the operator reads it the first time, and again now and then while it lasts.

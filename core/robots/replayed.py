@@ -60,16 +60,14 @@ def gaps_of(recording: ScanRecording) -> tuple[tuple[float, float], ...]:
 class PlayedRecording(ABC):
     """A `core.robots.Robot` that cannot be driven: how a recording plays."""
 
+    profile: Profile  # of the robot that was recorded, as far as the log gives it
     requests: Requests = (Play, Pause, SetSpeed, Seek, ReadPlayback, ReadMarks)  # that it takes
 
     def __init__(self) -> None:
+        self._marks: tuple[PlaybackMark, ...] = ()
         self._speed = 1.0
         self._playing = True
         self._waits = True  # after its first scan
-
-    @property
-    @abstractmethod
-    def _marks(self) -> tuple[PlaybackMark, ...]: ...
 
     @property
     @abstractmethod
@@ -85,6 +83,10 @@ class PlayedRecording(ABC):
     def drive(self, twist: Twist) -> None:
         """Ignore the twist: a recording does not move."""
         del twist
+
+    def close(self) -> None:
+        """Play no more."""
+        self._playing = False
 
     def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
         """Play, pause, set the speed, seek → how it plays then. Raises BadInput."""
@@ -131,17 +133,14 @@ class ReplayedRobot(PlayedRecording):
     def __init__(self, recording: ScanRecording, url: str):
         super().__init__()
         self._recording = recording
-        self._profile = profile_of(recording, url)
+        self.profile = profile_of(recording, url)
+        gaps = self.profile.gaps
+        self._marks = tuple(PlaybackMark(since, "gap", GAP_WORDS.format(until - since)) for since, until in gaps)
         self._clock = self._shown = recording.start  # [s] log time that was played, and that of the newest frame
         self._next = 0  # number of the next scan
         self._pictured = 0  # number of the next picture
         self._heard = recording.start  # [s] log time up to which the sound was played
         self._notes = tuple(recording.report.warnings)
-
-    @property
-    def profile(self) -> Profile:
-        """The profile of the robot that was recorded, as far as the log gives it."""
-        return self._profile
 
     def read(self) -> SensorFrame:
         """One step of 1/rate further at the chosen speed, or the next scan that is due."""
@@ -149,7 +148,7 @@ class ReplayedRobot(PlayedRecording):
             self._playing, self._notes = False, (*self._notes, "The recording ends here.")
         elif self._playing and not self._due:
             end = self._recording.start + self._recording.duration
-            self._clock = min(self._clock + self._speed / self._profile.rate, end)
+            self._clock = min(self._clock + self._speed / self.profile.rate, end)
         scan = self._recording.scan(self._next) if self._playing and self._due else None
         self._next += scan is not None
         if self._playing:
@@ -191,11 +190,6 @@ class ReplayedRobot(PlayedRecording):
         return None
 
     @property
-    def _marks(self) -> tuple[PlaybackMark, ...]:
-        gaps = self._profile.gaps
-        return tuple(PlaybackMark(since, "gap", GAP_WORDS.format(until - since)) for since, until in gaps)
-
-    @property
     def _state(self) -> PlaybackState:
         return PlaybackState(
             playing=self._playing,
@@ -205,14 +199,11 @@ class ReplayedRobot(PlayedRecording):
             progress=self._progress,
         )
 
-    def close(self) -> None:
-        """Close nothing: the recording was read whole."""
-
     @property
     def fastest(self) -> float:
         """The speed at which every frame carries a scan, in times the speed of life."""
         scans = len(self._recording.scans)
-        return self._profile.rate * self._recording.duration / (scans - 1) if scans > 1 else MAX_PLAYBACK_SPEED
+        return self.profile.rate * self._recording.duration / (scans - 1) if scans > 1 else MAX_PLAYBACK_SPEED
 
     @property
     def _due(self) -> bool:

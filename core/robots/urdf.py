@@ -69,8 +69,7 @@ def parse_body(text: str, name: str, folder: Path | None = None) -> Body:
     if len(text) > MAX_URDF_BYTES:
         raise _too_large(name)
     root = _parsed(text, name)
-    joints = _joints(root, name)
-    links = _placed([str(link.get("name")) for link in root.findall("link")], joints, name)
+    links = _placed([str(link.get("name")) for link in root.findall("link")], _joints(root, name), name)
     looks = _Looks(folder, links)
     for link in root.findall("link"):
         for visual in link.findall("visual"):

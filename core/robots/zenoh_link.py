@@ -46,9 +46,8 @@ class ZenohRobot(RosDevice):
         self._dialect: Dialect = "rmw"  # of the robot
         self._latched: set[str] = set()
         self._writers: dict[str, TopicWriter] = {}  # by topic
-        self._arrived: deque[float] = deque(
-            maxlen=LIVELY_MESSAGES
-        )  # [s] when the last messages came, latched ones apart
+        # [s] when the last messages came, latched ones apart
+        self._arrived: deque[float] = deque(maxlen=LIVELY_MESSAGES)
         self._fell_silent = False
 
     def open(self) -> Equipment:

@@ -76,8 +76,7 @@ class SimulatedCamera:
 def _box(length: float) -> Array:
     """A mean over `length` > 1 [pixel] of a row (1, N), its ends taken in part."""
     reach = math.ceil(0.5 * (length - 1))
-    away = np.abs(np.arange(-reach, reach + 1.0))
-    kernel = np.clip(0.5 * (length + 1) - away, 0.0, 1.0)
+    kernel = np.clip(0.5 * (length + 1) - np.abs(np.arange(-reach, reach + 1.0)), 0.0, 1.0)
     return (kernel / kernel.sum())[None, :]
 
 

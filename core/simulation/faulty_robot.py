@@ -5,11 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.gate import Twist
 from core.geometry import Pose
-from core.robots import Profile
 from core.robots.injected_faults import Delay, faults_of
-from core.robots.requests import AnswerT, Requests, RobotRequest
 from core.sensors import Image, Scan, SensorFrame, Wheels
 from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
@@ -17,43 +14,21 @@ from core.simulation.settings import SimulationSettings
 JUMP_PERIOD_S = 5.0  # between two jumps of the odometry
 
 
-class FaultyRobot:
+class FaultyRobot(SimulatedRobot):
     """Drives and answers as the simulated robot does; its frames are spoilt."""
 
-    def __init__(self, robot: SimulatedRobot, faults: dict[str, float], seed: int) -> None:
-        self._robot, self._faults = robot, faults
-        self._chance = np.random.default_rng(seed)
-        self._scans, self._images = Delay[Scan](), Delay[Image]()
-        self._scan: Scan | None = None  # the first one of a laser that hangs
-        self._image: Image | None = None
+    def __init__(self, place: str, faults: dict[str, float], seed: int, settings: SimulationSettings | None) -> None:
+        super().__init__(place, seed=seed, settings=settings)
+        self._faults, self._chance = faults, np.random.default_rng(seed)
+        self._late_scans, self._late_images = Delay[Scan](), Delay[Image]()
+        self._frozen_scan: Scan | None = None  # the first one of a laser that hangs
+        self._frozen_image: Image | None = None
         self._rolled, self._odometry = Pose(), Pose()  # as the wheels have it, and as it is said
         self._jumps = 0
 
-    @property
-    def profile(self) -> Profile:
-        """The profile of the robot, which knows of no fault."""
-        return self._robot.profile
-
-    @property
-    def requests(self) -> Requests:
-        """The requests of the simulated robot."""
-        return self._robot.requests
-
-    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
-        """Answer as the simulated robot does."""
-        return self._robot.ask(request)
-
-    def drive(self, twist: Twist) -> None:
-        """Drive as the simulated robot does."""
-        self._robot.drive(twist)
-
-    def close(self) -> None:
-        """Close the simulated robot."""
-        self._robot.close()
-
     def read(self) -> SensorFrame:
         """Sense, and spoil it once the faults have begun."""
-        frame = self._robot.read()
+        frame = super().read()
         if frame.stamp < self._faults.get("after", 0.0):
             if frame.wheels is not None:
                 self._rolled = self._odometry = frame.wheels.odometry
@@ -86,29 +61,28 @@ class FaultyRobot:
         """Spoil a scan; the eldest that has arrived comes, for a frame has room for one."""
         if scan is not None and self._chance.random() >= self._faults.get("lost_scan", 0.0):
             if self._faults.get("frozen_scan"):
-                self._scan = self._scan or scan
-                scan = replace(scan, ranges=self._scan.ranges)
+                self._frozen_scan = self._frozen_scan or scan
+                scan = replace(scan, ranges=self._frozen_scan.ranges)
             blind = self._chance.random(len(scan.ranges)) < self._faults.get("blind_scan", 0.0)
             spoilt = np.where(blind, np.nan, scan.ranges)
             scan = replace(scan, ranges=spoilt, stamp=scan.stamp + self._faults.get("early_scan", 0.0))
-            self._scans.put(scan, stamp + self._faults.get("late_scan", 0.0))
-        return next(self._scans.arrived(stamp), None)
+            self._late_scans.put(scan, stamp + self._faults.get("late_scan", 0.0))
+        return next(self._late_scans.arrived(stamp), None)
 
     def _taken(self, image: Image | None, stamp: float) -> Image | None:
         if image is not None:
             if self._faults.get("frozen_picture"):
-                self._image = self._image or image
-                image = replace(image, pixels=self._image.pixels, packed=self._image.packed)
+                self._frozen_image = self._frozen_image or image
+                image = replace(image, pixels=self._frozen_image.pixels, packed=self._frozen_image.packed)
             if self._faults.get("black_picture"):
                 image = replace(image, pixels=np.zeros_like(image.pixels), packed=b"")
-            self._images.put(image, stamp + self._faults.get("late_picture", 0.0))
-        return next(self._images.arrived(stamp), None)
+            self._late_images.put(image, stamp + self._faults.get("late_picture", 0.0))
+        return next(self._late_images.arrived(stamp), None)
 
 
-def open_robot(
-    rest: str, *, seed: int = 0, settings: SimulationSettings | None = None
-) -> SimulatedRobot | FaultyRobot:
+def open_robot(rest: str, *, seed: int = 0, settings: SimulationSettings | None = None) -> SimulatedRobot:
     """`sim:<rest>` → the robot in that world, with the faults behind a question mark. Raises BadInput."""
     place, faults = faults_of(rest)
-    robot = SimulatedRobot(place or "lab", seed=seed, settings=settings)
-    return FaultyRobot(robot, faults, seed) if faults else robot
+    if faults:
+        return FaultyRobot(place or "lab", faults, seed, settings)
+    return SimulatedRobot(place or "lab", seed=seed, settings=settings)

@@ -59,7 +59,7 @@ class SimulatedRobot:
     def __init__(self, place: str, *, seed: int = 0, settings: SimulationSettings | None = None) -> None:
         settings = settings or SimulationSettings()
         self._world = world_named(place)
-        self._profile = Profile(
+        self.profile = Profile(
             name=f"simulated robot in the {place}",
             url=f"sim:{place}",
             capabilities=frozenset({"drive", "simulate"}),
@@ -75,15 +75,15 @@ class SimulatedRobot:
         chance = [np.random.default_rng(one) for one in seeds[:3]]
         self._base = DifferentialDrive(
             self._world,
-            radius=self._profile.radius,
+            radius=self.profile.radius,
             max_speed=settings.max_speed,
             max_turn_rate=settings.max_turn_rate,
             response=settings.response,
         )
-        self._wheels = _wheels(settings, self._profile.wheelbase, chance[0])
+        self._wheels = _wheels(settings, self.profile.wheelbase, chance[0])
         floor_sd, share_sd = LASER_NOISE[settings.laser_noise]
         self._laser = SimulatedLaser(
-            self._profile.laser or Laser(), chance[1], floor_sd=floor_sd, share_sd=share_sd, dropout=settings.dropout
+            self.profile.laser or Laser(), chance[1], floor_sd=floor_sd, share_sd=share_sd, dropout=settings.dropout
         )
         self._cameras = tuple(
             SimulatedCamera(
@@ -95,23 +95,18 @@ class SimulatedRobot:
                 exposure=settings.exposure,
                 defocus=settings.defocus,
             )
-            for camera in self._profile.cameras
+            for camera in self.profile.cameras
         )
         self._others: deque[Image] = deque()  # pictures of the other cameras that were not delivered yet
         self._frames = self._scans = self._images = 0
-        self._hands, self._walkers = BoardMotion(self._profile), Pedestrians(self._profile.radius)
-        self._voices = Speakers(settings, seeds[3], self._profile.rate, self._profile.wheelbase)
+        self._hands, self._walkers = BoardMotion(self.profile), Pedestrians(self.profile.radius)
+        self._voices = Speakers(settings, seeds[3], self.profile.rate, self.profile.wheelbase)
         self._heading = 0.0  # [rad], running on without jumps
         self._past: deque[tuple[float, float, float, float]] = deque([(0.0, 0.0, 0.0, 0.0)])
 
     @property
-    def profile(self) -> Profile:
-        """The profile of this robot."""
-        return self._profile
-
-    @property
     def _stamp(self) -> float:
-        return self._frames / self._profile.rate
+        return self._frames / self.profile.rate
 
     def drive(self, twist: Twist) -> None:
         """Set the speed that holds until the next call, for half a second at most."""
@@ -119,7 +114,7 @@ class SimulatedRobot:
 
     def read(self) -> SensorFrame:
         """Live on for one frame and sense."""
-        step = 1 / self._profile.rate
+        step = 1 / self.profile.rate
         self._frames += 1
         stamp = self._stamp
         moves = self._base.advance(step)
@@ -176,7 +171,7 @@ class SimulatedRobot:
                 raise not_taken(self.requests)
 
     def _place(self, request: PlaceThing) -> PlacedThing:
-        thing = thing_asked_for(request, self._world, self._base.pose, self._profile.radius)
+        thing = thing_asked_for(request, self._world, self._base.pose, self.profile.radius)
         answer = self._walkers.send(request, thing, self._world)
         self._change(self._world.with_thing(thing))
         return answer
@@ -210,7 +205,7 @@ class SimulatedRobot:
 
     def _carry(self, request: CarryRobot) -> GroundTruth:
         pose = pose_asked_for(request)
-        if not self._world.free(pose.x, pose.y, self._profile.radius):
+        if not self._world.free(pose.x, pose.y, self.profile.radius):
             raise BadInput(
                 "The robot does not fit there; choose a place on the free floor, away from walls and things."
             )
@@ -231,7 +226,7 @@ class SimulatedRobot:
             y_m=pose.y,
             heading_rad=pose.heading,
             stamp_s=self._stamp,
-            clearance_m=self._world.clearance(pose.x, pose.y) - self._profile.radius,
+            clearance_m=self._world.clearance(pose.x, pose.y) - self.profile.radius,
             contact=self._base.contact,
         )
 

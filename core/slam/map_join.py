@@ -63,8 +63,7 @@ class MapMatch:
 
 def match_maps(older: SavedMap, newer: SavedMap, parts: MapperSettings) -> MapMatch:
     """Find where the newer map lies in the older one. Raises BadInput where nothing is sure enough."""
-    grid = grid_of(older, parts)
-    pyramid = _finished(SearchPyramid.prepare(grid))
+    pyramid = _finished(SearchPyramid.prepare(grid_of(older, parts)))
     if pyramid is None:
         raise BadInput(Statement("join.too_little"))
     poses, chosen = _poses(newer), _spread(newer.arrays["view_poses"], MAX_SEARCHED_VIEWS)
@@ -205,8 +204,7 @@ def _mean(links: Sequence[ViewLink], poses: Sequence[Pose], guess: Pose) -> Pose
 def _compared(pyramid: SearchPyramid, grid: OccupancyGrid, pose: Pose) -> tuple[float, float]:
     """Of the walls of a grid, laid there: the share at walls and the share in the middle of free floor."""
     cells = np.argwhere(grid.log_odds > WALL_LOG_ODDS)
-    places = pose.apply(grid.origin + (cells[:, ::-1] + 0.5) * grid.resolution)
-    known = pyramid.known(places)
+    known = pyramid.known(pose.apply(grid.origin + (cells[:, ::-1] + 0.5) * grid.resolution))
     count = max(1, int((known != 0).sum()))
     return float((known > 0).sum() / count), float((known < 0).sum() / count)
 

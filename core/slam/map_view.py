@@ -111,8 +111,7 @@ class MapView:
 def _extent(submap: Submap) -> Array:
     """(2, 2) [m]: lowest and highest x, y of what is drawn of a room."""
     origin, values = submap.tile.cells
-    size = np.array(values.shape[::-1]) * submap.tile.resolution
-    return np.stack((origin, origin + size))
+    return np.stack((origin, origin + np.array(values.shape[::-1]) * submap.tile.resolution))
 
 
 def _placed(mark: Landmark, pose: Pose, submap: int) -> Landmark:

@@ -170,13 +170,9 @@ class Mapper:
         """The still start is not over: the first move had better wait."""
         return len(self.graph.submaps) == 1 and self.submaps.active.looking_around
 
-    def undo(self, closure: int) -> bool:
-        """Take a closure back: the map no longer bends to it → whether there is one of that number."""
-        return self._loop_closer.believe(closure, False)
-
-    def redo(self, closure: int) -> bool:
-        """Believe a closure again that was undone → whether there is one of that number."""
-        return self._loop_closer.believe(closure, True)
+    def believe(self, closure: int, believed: bool) -> bool:
+        """Take a closure back, the map no longer bends to it, or believe it again → whether there is such a one."""
+        return self._loop_closer.believe(closure, believed)
 
     def turn_map(self, angle: float) -> None:
         """Turn everything about the origin of the world by `angle` [rad]; turned back, it is as before to the bit."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 from core.geometry import Pose, wrap
 from core.sensors import Fault, Laser, Scan, SensorFrame, Wheels
 from core.slam.motion import Increment, Motion, MotionSettings, WheelTrack, widened
-from core.slam.scan_matching.agreement import MoveAgreement, SenseAgreement
+from core.slam.scan_matching.agreement import SenseAgreement
 from core.slam.scan_matching.scan_odometry import ScanOdometry, ScanOdometrySettings
 from core.slam.scan_matching.wall_shapes import WallShapes
 
@@ -29,26 +29,12 @@ class Odometry:
         self._scans = ScanOdometry(self._laser, scans)
         self._wheels: Wheels | None = None
         self._stamp = 0.0  # [s] of the newest frame
-        self._agreement, self._shapes = SenseAgreement(self._laser), WallShapes(self._laser)
+        self.agreement, self._shapes = SenseAgreement(self._laser), WallShapes(self._laser)
 
     @property
     def faults(self) -> tuple[Fault, ...]:
         """Contradictions between wheels and scans, and within the scans, that were found."""
-        return (*self._agreement.faults, *self._shapes.faults)
-
-    @property
-    def compared(self) -> MoveAgreement:
-        """How far wheels and scans agree, as far as the robot has moved."""
-        return self._agreement.compared
-
-    @property
-    def lateness(self) -> float:
-        """Time [s] to add to the scans' stamps, to be on the odometry's clock; 0: none is known."""
-        return self._agreement.lateness
-
-    def finish(self) -> None:
-        """Judge what is left: nothing more comes."""
-        self._agreement.finish()
+        return (*self.agreement.faults, *self._shapes.faults)
 
     def update(self, frame: SensorFrame) -> Motion:
         """One frame → the move since the frame before."""
@@ -67,17 +53,17 @@ class Odometry:
     def _by_wheels(self, frame: SensorFrame, wheels: Wheels, scan: Scan | None) -> Motion:
         elapsed, self._stamp = frame.stamp - self._stamp, frame.stamp
         increment = self._track.step(frame.stamp, wheels)
-        self._agreement.update(frame.stamp, wheels, scan, fresh=frame.wheels is not None)
+        self.agreement.update(frame.stamp, wheels, scan, fresh=frame.wheels is not None)
         restarted = any(one.code == RESTARTED for one in frame.faults)
         if restarted:
             increment = widened(increment, RESTART_SD_M, RESTART_SD_RAD)
-        if not self._agreement.distrusts:
+        if not self.agreement.distrusts:
             return Motion(increment, wheels, restarted=restarted)
         return self._instead_of(increment, wheels, min(elapsed, MAX_CARRIED_S), scan is not None)
 
     def _instead_of(self, increment: Increment, wheels: Wheels, elapsed: float, scanned: bool) -> Motion:
         """The move by the speed of the scans; `increment` is what the wheels claim."""
-        missed, rate = self._agreement.missed, self._agreement.velocity or Pose()
+        missed, rate = self.agreement.missed, self.agreement.velocity or Pose()
         if missed is not None:
             move = widened(Increment(increment.pose @ missed), RESTART_SD_M, RESTART_SD_RAD)
         else:

@@ -59,11 +59,8 @@ class Led(Pilot):
     def step(self, frame: SensorFrame, **how: Any) -> Snapshot:
         return replace(super().step(frame, **how), floor=self.floor)
 
-    def undo_closure(self, number: int) -> None:
-        self.asked.append(("undo", number))
-
-    def redo_closure(self, number: int) -> None:
-        self.asked.append(("redo", number))
+    def believe_closure(self, number: int, believed: bool) -> None:
+        self.asked.append(("redo" if believed else "undo", number))
 
     def place_at(self, x: float, y: float, heading: float | None) -> None:
         self.asked.append(("here", x, y, heading))

@@ -18,8 +18,8 @@ from console.control.history import History
 from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.fleet.authority import CertificateFiles
-from console.fleet.bus import FleetAddress
-from console.fleet.member import FleetMember, MemberOptions
+from console.fleet.bus import FleetAddress, MemberOptions
+from console.fleet.member import FleetMember
 from console.maps.service import MapService
 from core.gate.gate import TICK_S, Gate
 from core.gate.limits import Limits

@@ -95,8 +95,7 @@ class Associations:
 
 def places(associations: tuple[Association, ...], fates: tuple[str, ...]) -> Array:
     """Return the places (N, 2) [m] of the sightings that had one of these fates."""
-    chosen = [seen.position for seen in associations if seen.fate in fates]
-    return np.array(chosen).reshape(-1, 2)
+    return np.array([seen.position for seen in associations if seen.fate in fates]).reshape(-1, 2)
 
 
 def rays(start: Array, ends: Array) -> Array:
@@ -107,8 +106,7 @@ def rays(start: Array, ends: Array) -> Array:
 def dashes(start: Array, ends: Array) -> Array:
     """The same, broken → segments (N·DASHES, 2, 2)."""
     part = np.linspace(0.0, 1.0, 2 * RAY_DASHES + 1)[:-1]
-    points = start + part[None, :, None] * (ends - start)[:, None, :]
-    return points.reshape(-1, 2, 2)
+    return (start + part[None, :, None] * (ends - start)[:, None, :]).reshape(-1, 2, 2)
 
 
 def crosses(centres: Array) -> Array:

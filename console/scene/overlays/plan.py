@@ -93,8 +93,7 @@ def dashed(points: Array, dash: float) -> Array:
         return np.zeros((0, 2, 2))
     along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
     starts = np.arange(0.0, along[-1], 2 * dash)
-    ends = np.minimum(starts + dash, along[-1])
-    both = np.stack((starts, ends), axis=1)
+    both = np.stack((starts, np.minimum(starts + dash, along[-1])), axis=1)
     return np.stack([np.interp(both, along, column) for column in points.T], axis=2)
 
 

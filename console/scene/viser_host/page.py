@@ -26,8 +26,7 @@ class ScenePage:
 
     def __init__(self) -> None:
         path = Path(viser.__file__).parent / "client" / "build" / "index.html"
-        text = path.read_text(encoding="utf-8").replace("<head>", "<head>" + STYLE, 1)
-        self.plain = text.encode()
+        self.plain = path.read_text(encoding="utf-8").replace("<head>", "<head>" + STYLE, 1).encode()
         self.packed = gzip.compress(self.plain, 9, mtime=0)
         self.etag = f'"{hashlib.sha256(self.plain).hexdigest()[:32]}"'
         self.headers = {

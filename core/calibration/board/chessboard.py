@@ -67,8 +67,7 @@ def board_by_hand(grey: Array, board: Board, extreme: Array) -> BoardView:
     found = max(laid, key=lambda corners: _chequered(grey, corners, board))
     for _ in range(HAND_ROUNDS):
         refined = _refined(grey, found, board)[0]
-        reach = MAX_HAND_MISFIT * smallest_spacing(found, board)
-        plane, agree = _plane(grid, refined, reach)
+        plane, agree = _plane(grid, refined, MAX_HAND_MISFIT * smallest_spacing(found, board))
         if plane is None:
             break
         found = np.where(agree.astype(bool), refined, _through(plane, grid))

@@ -165,8 +165,7 @@ def read_json(text: str) -> dict[str, Any]:
 
 def number(value: float) -> str:
     """A number with all its digits and a decimal point: PyYAML reads '1e-5' as text."""
-    text = repr(float(value))
-    return re.sub(r"^([-+]?\d+)e", r"\1.0e", text)
+    return re.sub(r"^([-+]?\d+)e", r"\1.0e", repr(float(value)))
 
 
 def _no_constant(word: str) -> float:
@@ -287,8 +286,7 @@ def _model(size: Any, matrix: Any, distortion: Any, kind: str) -> CameraModel:
     if width != int(width) or height != int(height) or not (16 <= width <= 20000 and 16 <= height <= 20000):
         raise BadInput("the image size must be two whole numbers of pixels")
     fx, fy, cx, cy = _pinhole(matrix)
-    terms = _terms(distortion, kind)
-    k1, k2, p1, p2, k3 = (list(terms[:5]) + [0.0] * 5)[:5]
+    k1, k2, p1, p2, k3 = (list(_terms(distortion, kind)[:5]) + [0.0] * 5)[:5]
     if not (fx > 0 and fy > 0 and 0 < cx < width and 0 < cy < height):
         raise BadInput("focal lengths must be positive and the principal point must lie in the picture")
     smaller = (width / (2 * cx), height / (2 * cy))

@@ -19,23 +19,18 @@ FORWARD, BACK = "P_laser = R P_camera + t", "P_camera = R P_laser + t"
 Rows = list[list[float]]
 
 
-class MountFacts(TypedDict):
-    """Facts about a mount besides itself."""
+# (4, 4) of both directions
+MountMatrices = TypedDict("MountMatrices", {"P_laser = R P_camera + t": Rows, "P_camera = R P_laser + t": Rows})
+
+
+class MountEntry(MountMatrices):
+    """The mount as it stands in our own JSON."""
 
     covariance_rxyz_txyz: dict[str, Rows]  # (6, 6) by direction
     chi2_per_freedom: float
     not_known: list[str]
     from_ruler: dict[str, str]
     poses_used: int
-
-
-MountMatrices = TypedDict(
-    "MountMatrices", {"P_laser = R P_camera + t": Rows, "P_camera = R P_laser + t": Rows}
-)  # (4, 4) of both directions
-
-
-class MountEntry(MountMatrices, MountFacts):
-    """The mount as it stands in our own JSON."""
 
 
 def static_transform(laser_from_camera: Transform, parent: str = LASER, child: str = CAMERA) -> str:

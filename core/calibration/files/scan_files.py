@@ -123,8 +123,7 @@ def _read_pcd(path: Path) -> list[Array]:
                 pass
     if not {"x", "y"} <= set(names) or not 0 < count <= MOST_POINTS or any(each != 1 for each in counts):
         raise BadInput(f"{path.name} needs the single fields x and y and between 1 and {MOST_POINTS} points.")
-    table = _pcd_table(path, content[head:], names, kinds, count, form)
-    return [polar(table)]
+    return [polar(_pcd_table(path, content[head:], names, kinds, count, form))]
 
 
 def _pcd_table(path: Path, body: bytes, names: list[str], kinds: list[str], count: int, form: str) -> Array:

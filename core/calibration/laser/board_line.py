@@ -150,5 +150,4 @@ def longest_run(beams: Array) -> Array:
     """Sorted beam numbers → their longest run without a gap of more than MAX_GAP_BEAMS."""
     if not len(beams):
         return beams
-    breaks = np.flatnonzero(np.diff(beams) > MAX_GAP_BEAMS + 1) + 1
-    return max(np.split(beams, breaks), key=len)
+    return max(np.split(beams, np.flatnonzero(np.diff(beams) > MAX_GAP_BEAMS + 1) + 1), key=len)

@@ -118,8 +118,7 @@ def nearest_line(pose: LaserPose, lines: Sequence[Array], mount: Mount) -> Array
         return None
     pairs = [_pair(pose, beams, pose.scan.sd) for beams in lines]
     nominal = Guess(mount.nominal.rotation, mount.nominal.translation)
-    doubt = np.diag([FIRST_TURN**2] * 3 + [FIRST_SHIFT**2] * 3)
-    chi2 = disagreement(pairs, nominal, doubt)
+    chi2 = disagreement(pairs, nominal, np.diag([FIRST_TURN**2] * 3 + [FIRST_SHIFT**2] * 3))
     best = int(np.argmin(chi2))
     return lines[best] if chi2[best] < LINE_CHI2 else None
 
@@ -160,8 +159,7 @@ def _solve(
             "Hold the board at the laser's height, nearer, and away from walls and furniture."
         )
     sd = _range_sd(poses, beams)
-    pairs = [_pair(pose, each, sd) for pose, each in seen]
-    return solve(pairs, mount, start=start, freedom=freedom)
+    return solve([_pair(pose, each, sd) for pose, each in seen], mount, start=start, freedom=freedom)
 
 
 def _points_on(pose: LaserPose, beams: Array) -> tuple[Plane, Array]:

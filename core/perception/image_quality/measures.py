@@ -100,9 +100,8 @@ def _width(grey: Array, noise: float) -> float | None:
         AVERAGED_ROWS // 2 :: 3
     ]
     fine, steep = _slope(along, FINE_SD_PX), np.abs(_slope(along, COARSE_SD_PX))
-    quiet = noise / math.sqrt(
-        AVERAGED_ROWS * 4 * math.sqrt(math.pi) * COARSE_SD_PX**3
-    )  # sd of the coarse slope of noise alone
+    # sd of the coarse slope of noise alone
+    quiet = noise / math.sqrt(AVERAGED_ROWS * 4 * math.sqrt(math.pi) * COARSE_SD_PX**3)
     peak = steep > max(MIN_EDGE_RATIO * quiet, MIN_EDGE_SLOPE)
     peak[:, 1:-1] &= (steep[:, 1:-1] >= steep[:, :-2]) & (steep[:, 1:-1] > steep[:, 2:])
     peak[:, :RIM_PX] = peak[:, -RIM_PX:] = False

@@ -129,8 +129,7 @@ def wall_range(walls: SeenWalls, bearing: float, sd: float, wall_sd: float) -> t
     if math.sqrt(max(float(values[0]), 0.0)) > MAX_WALL_RMS_M:
         return None
     normal = vectors[:, 0]
-    ray = np.array([math.cos(bearing), math.sin(bearing)])
-    slope = float(normal @ ray)
+    slope = float(normal @ np.array([math.cos(bearing), math.sin(bearing)]))
     if abs(slope) < math.sin(GRAZING):
         return None
     reach = float(normal @ middle) / slope
@@ -144,8 +143,7 @@ def laser_in_picture(points: Array, laser: Laser, camera: Camera, moved: Pose | 
     `moved`: where the robot was when the picture was taken, in the robot frame of the points.
     """
     seen = (moved or Pose()).inverse().apply(points) if len(points) else points.reshape(0, 2)
-    space = np.column_stack((seen, np.full(len(seen), laser.height)))
-    pixels, drawn = _in_picture(space, camera)
+    pixels, drawn = _in_picture(np.column_stack((seen, np.full(len(seen), laser.height))), camera)
     ranges = np.hypot(points[:, 0] - laser.mounting.x, points[:, 1] - laser.mounting.y)
     return np.column_stack((pixels, ranges))[drawn]
 

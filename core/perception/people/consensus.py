@@ -142,9 +142,8 @@ class _Table:
     def judged(self, place: Array) -> Consensus | None:
         """How well a place (2,) is supported; None without a voice, or without anything that was seen."""
         miss = self._misses(place)
-        gates = np.where(
-            np.isnan(self._distances), GATE_CHI2, GATE_CHI2 + 2.8
-        )  # the same probability with a distance
+        # the same probability with a distance
+        gates = np.where(np.isnan(self._distances), GATE_CHI2, GATE_CHI2 + 2.8)
         gains = self._weights * np.maximum(0.0, 1 - miss / gates)
         sums: dict[Sense, float] = {sense: self._support(sense, gains) for sense in SHARES}
         if not sums["sound"] or not sums["camera"] + sums["laser"]:

@@ -198,7 +198,10 @@ def _at_distance(
     if not valid.any():
         return []
     cells = edge_cells(pixels)
-    left = reach_of(reach) - (np.arange(cells.shape[1] - BODY_COLUMNS + 1) + BODY_COLUMNS / 2) / CELLS_PER_METRE
+    left = (
+        columns_of(reach) / 2 / CELLS_PER_METRE
+        - (np.arange(cells.shape[1] - BODY_COLUMNS + 1) + BODY_COLUMNS / 2) / CELLS_PER_METRE
+    )
     allowed = np.abs(left) <= aside
     values, ranks, weight, likely, inside = _weighed(general_model(), cells, valid)
     rank = np.where(allowed, ranks, -np.inf)  # (shifts, places)
@@ -254,11 +257,6 @@ def _liked(like: float, single: Array, shares: Array) -> tuple[float, float, Arr
     weights = weights / weights.sum()
     odds = np.log(np.clip(both, 1e-6, None)) - np.log(np.clip(1 - both, 1e-6, None))
     return float(weights @ both), float(weights @ odds), both
-
-
-def reach_of(reach: float) -> float:
-    """[m] to either side that a view really reaches: whole cells."""
-    return columns_of(reach) / 2 / CELLS_PER_METRE
 
 
 def _weighed(models: tuple[PartModel, ...], cells: Array, valid: Array) -> tuple[Array, Array, Array, Array, Array]:

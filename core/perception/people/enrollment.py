@@ -81,8 +81,7 @@ def contour_of(picture: Array, background: Array) -> Array:
     if picture.shape != background.shape:
         raise BadInput("The picture and the background are of different size; take both with the same camera.")
     smooth = [cv2.GaussianBlur(each, (5, 5), 0).astype(np.int16) for each in (picture, background)]
-    change = np.abs(smooth[0] - smooth[1]).max(axis=2)
-    mask = (change > MIN_CHANGE_GREY).astype(np.uint8)
+    mask = (np.abs(smooth[0] - smooth[1]).max(axis=2) > MIN_CHANGE_GREY).astype(np.uint8)
     size = max(3, round(0.015 * picture.shape[0])) | 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     mask = cv2.morphologyEx(cv2.morphologyEx(mask, cv2.MORPH_CLOSE, kernel), cv2.MORPH_OPEN, kernel)

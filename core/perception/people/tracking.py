@@ -192,8 +192,7 @@ class PersonTrack:
         boards = VerticalPlanes(levelled(image.pixels), camera)
         least = min(self._settings.threshold_of_feet, self._settings.feet_with_legs)
         settings = replace(self._settings, threshold_of_feet=least)
-        search = Search(boards, (bearing, wedge), near, settings, self._who)
-        return Glance(search, stamp, pose, standers)
+        return Glance(Search(boards, (bearing, wedge), near, settings, self._who), stamp, pose, standers)
 
     def follow(
         self, stamp: float, pose: Pose, points: Array, scanned: float, image: Image | None, camera: Camera | None
@@ -216,8 +215,7 @@ class PersonTrack:
             self._excuse(camera, pose)
             rectangle, others = self._follow_with(self._asked, stamp, pose, standers, image, camera)
         elif image is not None:
-            boards = VerticalPlanes(levelled(image.pixels), camera)
-            rectangle, others = self._look(boards, pose, standers)
+            rectangle, others = self._look(VerticalPlanes(levelled(image.pixels), camera), pose, standers)
         if camera is not None and (others or rectangle is not None):
             rectangle = self._identify(rectangle, others, eye(pose, camera))
         if fresh_scan or rectangle is not None:

@@ -36,8 +36,7 @@ class VerticalPlanes:
         pixels = cv2.remap(image, u * factor, v * factor, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         model = self.camera.model
         inside = (u > -0.5) & (u < model.width - 0.5) & (v > -0.5) & (v < model.height - 0.5)
-        valid = inside.reshape(VIEW_ROWS, CELL_PX, -1, CELL_PX).all(axis=(1, 3))
-        return pixels, np.asarray(valid)
+        return pixels, np.asarray(inside.reshape(VIEW_ROWS, CELL_PX, -1, CELL_PX).all(axis=(1, 3)))
 
     def pixels_of(self, distance: float, bearing: float, places: Array) -> Array:
         """Places (K, 2) [m] on that plane, to the left and above the floor → pixels (K, 2); NaN out of the lens."""

@@ -30,8 +30,7 @@ class VoiceBearing:
     def side(self, heading: float) -> str:
         """The side in words, for a robot with this heading: "ahead", "left", "behind you to the right" …"""
         angle = math.degrees(math.remainder(self.azimuth - heading, math.tau))
-        sector = round(angle / 45) % 8
-        return SIDES[sector]
+        return SIDES[round(angle / 45) % 8]
 
 
 def likeliest(heard: Sequence[VoiceBearing]) -> tuple[VoiceBearing, ...]:

@@ -292,8 +292,7 @@ def _identical(samples: Array, array: MicrophoneArray) -> list[ArrayFault]:
         group = [number for number in left if alike[left[0], number]]
         left = [number for number in left if number not in group]
         if len(group) > 1:
-            channels = tuple(array.channels[number] for number in group)
-            faults.append(_wrong("identical", channels))
+            faults.append(_wrong("identical", tuple(array.channels[number] for number in group)))
     return faults
 
 
@@ -323,8 +322,7 @@ def _summed(noise: Array, frequencies: Array, array: MicrophoneArray) -> list[Ar
         others = np.delete(np.arange(len(common)), number)
         rest = common[np.ix_(others, others)][np.triu_indices(len(others), 1)]
         if common[number, others].min() > COMMON_COHERENCE and rest.max() < COMMON_COHERENCE / 2:
-            channel = array.channels[number]
-            return [_wrong("processed", (channel,))]
+            return [_wrong("processed", (array.channels[number],))]
     return []
 
 

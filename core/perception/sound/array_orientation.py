@@ -48,8 +48,7 @@ def heard_from(sound: Sound, array: MicrophoneArray, settings: DirectionFindingS
     samples = array.heard(sound)
     if len(samples) < 20 * length:
         raise BadInput("The recording is too short; half a second before the clap is needed.")
-    moments = samples[: len(samples) // length * length].reshape(-1, length * samples.shape[1])
-    level = moments.std(axis=1)
+    level = samples[: len(samples) // length * length].reshape(-1, length * samples.shape[1]).std(axis=1)
     top = int(np.argmax(level))
     if not level[top] > ABOVE_NOISE * float(np.median(level)):
         raise BadInput("Nothing stood out of the noise; clap louder or nearer.")

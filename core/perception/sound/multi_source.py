@@ -119,8 +119,7 @@ def gathered(seen_at: Glimpses, settings: DirectionFindingSettings, most: int) -
     gaps = np.linalg.norm(seen_at.within[:, None] - seen_at.within, axis=2)
     near = np.exp(-((gaps / GLIMPSE_SD) ** 2) / 2)
     while len(groups) < most and left.any():
-        density = np.where(left, near @ (seen_at.weights * left), -1.0)
-        top = int(np.argmax(density))
+        top = int(np.argmax(np.where(left, near @ (seen_at.weights * left), -1.0)))
         group = np.nonzero(left & (gaps[top] < settings.apart))[0]
         left[group] = False
         if seen_at.weights[group].sum() < settings.share * seen_at.weights.sum() or len(group) < MIN_GLIMPSES:

@@ -47,9 +47,8 @@ def correlations(samples: Array, begin: int = 0) -> Array:
     if len(samples) < FRAME_SAMPLES:
         raise BadInput(f"The paper's estimator needs at least {FRAME_SAMPLES} samples.")
     window = np.hanning(FRAME_SAMPLES)
-    spectra = np.fft.rfft(
-        sliding_window_view(samples, FRAME_SAMPLES, axis=0)[::HOP_SAMPLES] * window, axis=2
-    )  # (T, M, K)
+    # by frame, microphone and bin: (T, M, K)
+    spectra = np.fft.rfft(sliding_window_view(samples, FRAME_SAMPLES, axis=0)[::HOP_SAMPLES] * window, axis=2)
     power = np.mean(np.abs(spectra) ** 2, axis=1)
     weight = mask(power, averaged(power)) ** 2
     phases = spectra / np.maximum(np.abs(spectra), 1e-300)

@@ -23,7 +23,7 @@ class VoiceActivityDetector:
     def __init__(self, settings: DirectionFindingSettings) -> None:
         self._settings = settings
         self._recent: deque[tuple[float, bool]] = deque(maxlen=RECENT_FRAMES)
-        self._last_active = 0.0
+        self.last_active = 0.0
         self.begin: float | None = None  # [s] of the present utterance; None: silence
 
     def step(self, share: float, time: float) -> Change:
@@ -31,20 +31,15 @@ class VoiceActivityDetector:
         active = share > self._settings.active_share
         self._recent.append((time, active))
         if active:
-            self._last_active = time
+            self.last_active = time
         if self.begin is None:
             actives = [when for when, was in self._recent if was]
             if len(actives) < self._settings.onset_frames:
                 return ""
             self.begin = actives[0]
             return "begins"
-        if time - self._last_active < self._settings.hangover:
+        if time - self.last_active < self._settings.hangover:
             return ""
         self.begin = None
         self._recent.clear()
         return "ends"
-
-    @property
-    def last_active(self) -> float:
-        """[s] of the last frame with a voice."""
-        return self._last_active

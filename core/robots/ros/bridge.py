@@ -325,7 +325,7 @@ class RosSensors:
         place, q, twist = content.pose.pose.position, content.pose.pose.orientation, content.twist.twist
         if not are_finite(place.x, place.y, twist.linear.x, twist.angular.z):
             if self._readings is not None:
-                self._readings.leave_out("odometry.malformed", "", "a value is no finite number")
+                self._readings.fault("odometry.malformed", what="a value is no finite number")
             return  # it would last: in the place by speeds, and in a goal that lets the robot stand where it is
         self._base_frame = self._base_frame or content.child_frame_id.strip("/")
         stamp = self._clocks.stamp(topic, stamp_of(content.header), received)

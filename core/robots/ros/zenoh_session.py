@@ -14,22 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 from core.errors import BadInput, Unavailable
 from core.message import message
+from core.robots.ros import zenoh_keys
 from core.robots.ros.topics import RosSettings
 from core.robots.ros.typestore import usual_types
-from core.robots.ros.zenoh_keys import (
-    BRIDGE_GRAPH,
-    Dialect,
-    Endpoint,
-    OwnNode,
-    attachment,
-    endpoint_id,
-    needs_fleet,
-    parameter_services,
-    parse_token,
-    publisher_of,
-    rmw_graph,
-    topic_key,
-)
 
 if TYPE_CHECKING:
     import zenoh
@@ -94,13 +81,13 @@ class RosGraph:
     """Publishers and subscribers on the robot, kept up to date by zenoh's threads."""
 
     def __init__(self) -> None:
-        self._endpoints: dict[str, Endpoint] = {}
+        self._endpoints: dict[str, zenoh_keys.Endpoint] = {}
         self._guard = threading.Lock()
         self.changed = time.monotonic()  # [s]
 
     def put(self, token: str) -> None:
         """A publisher or a subscriber has appeared."""
-        endpoint = parse_token(token)
+        endpoint = zenoh_keys.parse_token(token)
         if endpoint is None:
             return
         with self._guard:
@@ -114,12 +101,12 @@ class RosGraph:
             self._endpoints.pop(token, None)
             self.changed = time.monotonic()
 
-    def endpoints(self) -> list[Endpoint]:
+    def endpoints(self) -> list[zenoh_keys.Endpoint]:
         """All that are there."""
         with self._guard:
             return list(self._endpoints.values())
 
-    def of_topic(self, topic: str, name: str, *, publishes: bool) -> list[Endpoint]:
+    def of_topic(self, topic: str, name: str, *, publishes: bool) -> list[zenoh_keys.Endpoint]:
         """The publishers of a topic with this type, or its listeners."""
         return [
             endpoint
@@ -184,12 +171,12 @@ class ZenohConnection:
         self._zenoh = load_zenoh()
         self._session = self._opened(address)
         self._own_id = str(self._session.zid())
-        self._node = OwnNode(address.domain, self._own_id)
+        self._node = zenoh_keys.OwnNode(address.domain, self._own_id)
         self._kept: list[Any] = []  # what zenoh lets go of when it is not held
         liveliness = self._session.liveliness()
         try:
             self._kept.append(self._session.info.declare_transport_events_listener(self._transport_changed))
-            for key in (rmw_graph(address.domain), BRIDGE_GRAPH):
+            for key in (zenoh_keys.rmw_graph(address.domain), zenoh_keys.BRIDGE_GRAPH):
                 self._kept.append(liveliness.declare_subscriber(key, self._graph_changed, history=True))
             self._kept.append(liveliness.declare_token(self._node.token))
             if not self._session.info.links():
@@ -207,14 +194,16 @@ class ZenohConnection:
             farewell.start()
             farewell.join(FAREWELL_S)
 
-    def subscribe(self, topic: str, name: str, dialect: Dialect, *, latched: bool, newest_only: bool) -> None:
+    def subscribe(
+        self, topic: str, name: str, dialect: zenoh_keys.Dialect, *, latched: bool, newest_only: bool
+    ) -> None:
         """Have the messages of a topic put among those that wait; of a latched one also the last from before."""
         self.waiting.add(topic, newest_only=newest_only)
-        key = topic_key(dialect, self.domain, topic, name)
+        key = zenoh_keys.topic_key(dialect, self.domain, topic, name)
 
         def take(sample: zenoh.Sample) -> None:
             attached = sample.attachment.to_bytes() if sample.attachment is not None else b""
-            self.waiting.put(topic, sample.payload.to_bytes(), publisher_of(attached))
+            self.waiting.put(topic, sample.payload.to_bytes(), zenoh_keys.publisher_of(attached))
 
         if dialect == "rmw":
             self._announce(self._node.endpoint_token(topic, name, type_hash(name), publishes=False))
@@ -225,12 +214,12 @@ class ZenohConnection:
         else:
             self._kept.append(self._session.declare_subscriber(key, take))
 
-    def writer(self, topic: str, name: str, dialect: Dialect) -> TopicWriter:
+    def writer(self, topic: str, name: str, dialect: zenoh_keys.Dialect) -> TopicWriter:
         """Publisher of messages on a topic of the robot, under the hash that its listener goes by."""
         listeners = self.graph.of_topic(topic, name, publishes=False)
         known = next((listener.hash for listener in listeners if listener.hash), type_hash(name))
         publisher = self._session.declare_publisher(
-            topic_key(dialect, self.domain, topic, name, known),
+            zenoh_keys.topic_key(dialect, self.domain, topic, name, known),
             congestion_control=self._zenoh.CongestionControl.DROP,
             priority=self._zenoh.Priority.INTERACTIVE_HIGH,
             express=True,
@@ -238,13 +227,17 @@ class ZenohConnection:
         token = self._node.endpoint_token(topic, name, known, publishes=True)
         if dialect == "rmw":
             self._announce(token)
-        return TopicWriter(publisher, endpoint_id(token) if dialect == "rmw" else None, self.lost)
+        return TopicWriter(publisher, zenoh_keys.endpoint_id(token) if dialect == "rmw" else None, self.lost)
 
-    def ask_parameters(self, namespace: str, request: bytes, dialect: Dialect) -> list[bytes]:
+    def ask_parameters(self, namespace: str, request: bytes, dialect: zenoh_keys.Dialect) -> list[bytes]:
         """Send a request of GetParameters to all nodes in a namespace → their answers, within ASKING."""
-        attached = attachment(1, time.time_ns(), endpoint_id(self._node.token)) if dialect == "rmw" else None
+        attached = (
+            zenoh_keys.attachment(1, time.time_ns(), zenoh_keys.endpoint_id(self._node.token))
+            if dialect == "rmw"
+            else None
+        )
         replies = self._session.get(
-            parameter_services(dialect, self.domain, namespace),
+            zenoh_keys.parameter_services(dialect, self.domain, namespace),
             payload=request,
             attachment=attached,
             target=self._zenoh.QueryTarget.ALL,
@@ -305,7 +298,7 @@ class TopicWriter:
         if self._lost.is_set():
             raise ConnectionResetError("the link is lost")
         identifier = self._identifier
-        attached = attachment(next(self._numbers), time.time_ns(), identifier) if identifier else None
+        attached = zenoh_keys.attachment(next(self._numbers), time.time_ns(), identifier) if identifier else None
         try:
             self._publisher.put(payload, attachment=attached)
         except Exception as trouble:  # zenoh's own error, which is of no common kind
@@ -319,7 +312,7 @@ def load_zenoh() -> Any:
         import_module("zenoh.ext")
         return import_module("zenoh")
     except ImportError:
-        raise needs_fleet() from None
+        raise zenoh_keys.needs_fleet() from None
 
 
 def type_hash(name: str) -> str:

@@ -25,9 +25,8 @@ IMAGE_BEHIND: dict[HardWall, int] = {"west": 1, "south": 2, "east": 4, "north": 
 FILTER = np.sinc(
     np.arange(-HALF_SAMPLES * STEPS_PER_SAMPLE, HALF_SAMPLES * STEPS_PER_SAMPLE + 1) / STEPS_PER_SAMPLE
 ) * np.kaiser(2 * HALF_SAMPLES * STEPS_PER_SAMPLE + 1, 7.0)
-PHASES = np.append(FILTER, np.zeros(STEPS_PER_SAMPLE - 1)).reshape(-1, STEPS_PER_SAMPLE)[
-    ::-1
-]  # (2 HALF_SAMPLES + 1, STEPS_PER_SAMPLE), the last sample first
+# (2 HALF_SAMPLES + 1, STEPS_PER_SAMPLE), the last sample first
+PHASES = np.append(FILTER, np.zeros(STEPS_PER_SAMPLE - 1)).reshape(-1, STEPS_PER_SAMPLE)[::-1]
 AT_ONCE = 6_000  # images of one piece
 DECAY_SHARE = 0.75  # of the reverberation time that is followed: 45 dB
 MAX_ROOM_RADIUS_M = 12.0  # from the middle of a room to its farthest corner that is allowed for

@@ -64,8 +64,7 @@ class HeldBoardRequest:
 def world_without(world: World) -> World:
     """The world with neither board nor holder."""
     held = [thing for thing in world.things if thing.id == HOLDER]
-    bare = world.without(HOLDER) if held else world
-    return bare.with_board(None)
+    return (world.without(HOLDER) if held else world).with_board(None)
 
 
 def holding_asked_for(

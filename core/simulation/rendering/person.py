@@ -50,8 +50,7 @@ def figure(view: int, look: str = "", gesture: str = "", stride: float = 0.0) ->
     Blue, green, red, opacity; row 0 at TOP metres, the last row on the floor, the body's axis in the middle.
     `look`, `gesture` and `stride` are those of a `Thing`.
     """
-    step = round(STEP_PHASES * stride / math.tau) % STEP_PHASES
-    return _drawn(view % VIEW_COUNT, look, gesture, step)
+    return _drawn(view % VIEW_COUNT, look, gesture, round(STEP_PHASES * stride / math.tau) % STEP_PHASES)
 
 
 @lru_cache(maxsize=400)

@@ -101,8 +101,7 @@ class Renderer:
         first = int(self._below.any(axis=1).argmax())
         if not self._below[-1].any():
             return
-        rows = np.arange(first, view.height)
-        slope = np.maximum(self._y[rows], 1e-3)
+        slope = np.maximum(self._y[np.arange(first, view.height)], 1e-3)
         far = eye.z / slope
         footprint = far / view.focal * np.sqrt(far / eye.z)
         level = np.clip(np.log2(footprint * self._scenery.floor.scale) + 0.8, 0, len(self._scenery.floor.images) - 1)

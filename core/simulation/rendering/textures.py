@@ -130,8 +130,7 @@ DRESSINGS: dict[str, Callable[[TextureCanvas, float, float, float, float], None]
 
 
 def _cabinet(sheet: TextureCanvas) -> None:
-    body = (204, 212, 214)
-    sheet.pixels[:] = body
+    sheet.pixels[:] = (204, 212, 214)
     count = max(1, round(sheet.width / 0.5))
     for door in range(count + 1):
         u = door * sheet.width / count
@@ -284,9 +283,8 @@ class WallTexture:
         self.scale = min(MAX_PIXELS_PER_METRE, MAX_WIDTH_PX / (lengths.sum() + 0.1 * len(walls)))
         images = [pyramid(image, PYRAMID_LEVELS) for image in _painted_walls(world, lengths, self.scale)]
         sizes = np.array([[level.shape[:2] for level in image] for image in images])  # (W, LEVELS, 2)
-        self.left = np.hstack(
-            (np.zeros((PYRAMID_LEVELS, 1)), np.cumsum(sizes[:, :, 1].T, axis=1)[:, :-1])
-        )  # (LEVELS, W)
+        # by level and column: (LEVELS, W)
+        self.left = np.hstack((np.zeros((PYRAMID_LEVELS, 1)), np.cumsum(sizes[:, :, 1].T, axis=1)[:, :-1]))
         self.widths, self.heights = sizes[:, :, 1].T, sizes[0, :, 0]
         self.top = np.concatenate(([0], np.cumsum(self.heights + 2)[:-1])) + 1
         self.pixels = np.zeros((int(sum(self.heights + 2)), int(sizes[:, 0, 1].sum()), 3), np.uint8)

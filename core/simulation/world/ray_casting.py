@@ -77,8 +77,7 @@ def _face_distances(origins: Array, directions: Array, faces: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = (offset[:, None] - normal @ origins.T) / closing
     # The hit lies on the face where 0 <= share / closing <= 1; both are negative.
-    missed = (closing >= 0) | (share > 0) | (share < closing) | (distance <= 0)
-    distance[missed] = np.inf
+    distance[(closing >= 0) | (share > 0) | (share < closing) | (distance <= 0)] = np.inf
     return distance
 
 

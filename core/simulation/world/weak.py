@@ -4,9 +4,8 @@ from core.simulation.world.objects import furniture
 from core.simulation.world.plan import Dressing, Rect, World, Zone, outline
 
 HALF_WIDTH_M = 1.0  # from the middle of the corridor to either wall
-ALONG = Rect(
-    -8.0, -HALF_WIDTH_M, 18.0, HALF_WIDTH_M
-)  # its ends are out of the laser's sight from where the robot drives
+# its ends are out of the laser's sight from where the robot drives
+ALONG = Rect(-8.0, -HALF_WIDTH_M, 18.0, HALF_WIDTH_M)
 ON_WALLS = (
     Dressing("door", -1.6, HALF_WIDTH_M, 0.9, 0.0, 2.05),
     Dressing("poster", 0.4, HALF_WIDTH_M, 0.6, 0.4, 1.4),

@@ -89,8 +89,7 @@ def confirmed(view: Keyframe, place: RecognizedPlace, pose: Pose) -> float:
 
 def _shown(place: RecognizedPlace, pose: Pose) -> Array:
     """Points (K, 2) of the nearest older views, in the frame of the view at `pose`."""
-    shown = [(pose.inverse() @ at).apply(older.points) for at, older in _nearest(place, pose)]
-    return np.vstack(shown)
+    return np.vstack([(pose.inverse() @ at).apply(older.points) for at, older in _nearest(place, pose)])
 
 
 def _nearest(place: RecognizedPlace, pose: Pose, count: int = 3) -> list[tuple[Pose, Keyframe]]:

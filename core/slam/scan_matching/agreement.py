@@ -28,10 +28,8 @@ REST_PAIRS = 4  # of that length that go by unseen after one, once nothing is un
 STOOD_SHARE, CHANGED_SHARE = 0.015, 0.03  # … unless ranges change by less while wheels roll, by more while they stand
 ROLLED_M, ROLLED_RAD = 0.12, math.radians(6)  # of wheels by which ranges must have changed
 GUESSED_TURNS_RAD = (-0.15, 0.15)  # from which the search begins where nothing else fits …
-GUESSED_WAYS_M, FAR_PAIR_S = (
-    (0.3, 0.6, 0.9, 1.3, 1.7, 2.1),
-    1.0,
-)  # … and ways in all directions, where so much time has passed
+# … and ways in all directions, where so much time has passed
+GUESSED_WAYS_M, FAR_PAIR_S = ((0.3, 0.6, 0.9, 1.3, 1.7, 2.1), 1.0)
 MIN_TRIED, MIN_FIT_SHARE = 16, 0.2  # moves, of which so many fit: else the ranges are no distances
 TRACK_S, MAX_CARRIED_S = 8.0, 0.5  # of odometry that is kept, and carried on to the middle of a scan
 
@@ -236,9 +234,8 @@ class SenseAgreement:
         self._began: float | None = None  # [s] of the first frame
         self._pairs: deque[MovePair] = deque(maxlen=KEPT_PAIRS)
         self._ripening: deque[MovePair] = deque(maxlen=KEPT_PAIRS)
-        self._differ: deque[bool] = deque(
-            maxlen=KEPT_MOVES
-        )  # of the newest moves, whether both contradict each other
+        # of the newest moves, whether both contradict each other
+        self._differ: deque[bool] = deque(maxlen=KEPT_MOVES)
         self._turns: deque[Turn] = deque(maxlen=KEPT_PAIRS)
         self._found: dict[str, Fault] = {}
         self._late_before, self._scales_before = 0.0, (1.0, 1.0)  # [s] and of turns and ways, when judged last

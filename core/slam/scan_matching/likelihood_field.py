@@ -84,8 +84,7 @@ class LikelihoodField:
         x, y, heading = guess.x, guess.y, guess.heading
         for _ in range(MAX_ROUNDS):
             values, jacobian = self._slopes(points, x, y, heading)
-            curvature = jacobian.T @ jacobian + np.eye(3)
-            move = np.linalg.solve(curvature, jacobian.T @ (1.0 - values))
+            move = np.linalg.solve(jacobian.T @ jacobian + np.eye(3), jacobian.T @ (1.0 - values))
             move *= min(1.0, MAX_MOVE_M / max(math.hypot(move[0], move[1]), 1e-9))
             x, y, heading = x + float(move[0]), y + float(move[1]), heading + float(move[2])
             if math.hypot(move[0], move[1]) < 2e-4 and abs(move[2]) < 1e-4:

@@ -68,8 +68,7 @@ def at_rate(sound: Sound, rate: int) -> Array:
 def _delay(ours: Array, theirs: Array) -> tuple[int, float]:
     """Samples by which `theirs` is later, and the correlation there, -1..1 of the part that overlaps."""
     size = int(scipy.fft.next_fast_len(len(ours) + len(theirs), real=True) or 0)
-    product = np.conj(np.fft.rfft(ours, size)) * np.fft.rfft(theirs, size)
-    table = np.fft.irfft(product, size)
+    table = np.fft.irfft(np.conj(np.fft.rfft(ours, size)) * np.fft.rfft(theirs, size), size)
     best = int(np.argmax(np.abs(table)))
     shift = best if best < len(theirs) else best - size
     begin, end = max(0, -shift), min(len(ours), len(theirs) - shift)

@@ -91,7 +91,7 @@ def on_a_loaded_map(robot: Robot) -> Act:
             camera = recorded.profile.camera
             assert camera is not None
             recorded.pilot.look_through(recorded.profile.with_camera(camera))
-            recorded.pilot.undo_closure(0)
+            recorded.pilot.believe_closure(0, believed=False)
 
     return act
 

@@ -35,8 +35,8 @@ def test_one_room_is_one_submap_at_the_origin_and_nothing_is_closed() -> None:
     assert snapshot.floor.closures == ()
     assert snapshot.floor.lost is None
     assert snapshot.floor.match_score is None or snapshot.floor.match_score > 0.5
-    pilot.undo_closure(7)
-    pilot.redo_closure(7)
+    pilot.believe_closure(7, believed=False)
+    pilot.believe_closure(7, believed=True)
     assert pilot.step(robot.read()).floor.graph_revision == 0
     assert pilot.where(pilot.anchored_pose).vector == pytest.approx(
         pilot.step(robot.read()).estimate.pose.vector, abs=1e-9

@@ -111,15 +111,15 @@ def test_the_uncertainty_of_the_pose_is_honest(lap: Lap) -> None:
 def test_a_closure_is_undone_and_redone(lap: Lap) -> None:
     floor, closed = lap.floor, lap.floor.estimate.pose
     numbers = [closure.id for closure in floor.health.closures if closure.state == "accepted"]
-    assert not floor.undo(12345)
+    assert not floor.believe(12345, False)
     for number in numbers:
-        assert floor.undo(number)
-        assert not floor.undo(number)
+        assert floor.believe(number, False)
+        assert not floor.believe(number, False)
     work(floor, lap.last)
     assert {closure.state for closure in floor.health.closures} <= {"undone", "doubtful"}
     assert floor.estimate.pose.distance_to(closed.x, closed.y) > 0.03
     for number in numbers:
-        assert floor.redo(number)
+        assert floor.believe(number, True)
     work(floor, lap.last)
     assert floor.estimate.pose.distance_to(closed.x, closed.y) < 0.02
 

@@ -61,10 +61,8 @@ class ImagePyramid:
 def picture_from_crop(square: Square, side: int = LANDMARK_SIDE) -> Array:
     """The affine map (2, 3) from the pixels of a cut square to those of the picture."""
     c, s = math.cos(square.turn), math.sin(square.turn)
-    scale = square.side / side
-    turn = scale * np.array([[c, -s], [s, c]])
-    middle = np.array([square.x, square.y]) - turn @ np.array([side / 2, side / 2])
-    return np.column_stack((turn, middle))
+    turn = (square.side / side) * np.array([[c, -s], [s, c]])
+    return np.column_stack((turn, np.array([square.x, square.y]) - turn @ np.array([side / 2, side / 2])))
 
 
 def around_hips(found: BodyLandmarks) -> Square:

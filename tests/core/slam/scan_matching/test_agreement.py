@@ -139,7 +139,7 @@ def listened(making: Making, drive: list[Member]) -> tuple[Odometry, list[Pose],
         motion = odometry.update(SensorFrame(stamp=one.scan.stamp, wheels=wheels, scan=one.scan))
         pose = pose @ motion.increment.pose
         path.append(pose)
-    odometry.finish()
+    odometry.agreement.finish()
     return odometry, path, made
 
 
@@ -154,7 +154,7 @@ def test_sound_wheels_and_scans_agree(drives: dict[str, list[Member]], world: st
     odometry, _, made = listened(making, drives[world])
     assert len(made) > 200
     assert odometry.faults == ()
-    assert odometry.lateness == 0.0
+    assert odometry.agreement.lateness == 0.0
 
 
 @pytest.mark.parametrize("world", ["lab", "floor"])
@@ -162,8 +162,8 @@ def test_sound_wheels_and_scans_agree(drives: dict[str, list[Member]], world: st
 def test_a_scan_that_takes_a_while_agrees_with_the_wheels(world: str, sweep_s: float) -> None:
     odometry, _, _ = listened(lambda laser, drive: (laser, drive), sound_drive(world, sweep_s))
     assert odometry.faults == ()
-    assert odometry.compared.way_scale == pytest.approx(1.02, abs=0.05)
-    assert odometry.compared.turn_scale == pytest.approx(1.0, abs=0.1)
+    assert odometry.agreement.compared.way_scale == pytest.approx(1.02, abs=0.05)
+    assert odometry.agreement.compared.turn_scale == pytest.approx(1.0, abs=0.1)
 
 
 @pytest.mark.parametrize(
@@ -224,7 +224,7 @@ def says_a_sweep(seconds: float) -> Making:
 def test_half_a_sweep_of_lateness_is_named(drives: dict[str, list[Member]], world: str) -> None:
     odometry, _, _ = listened(says_a_sweep(0.15), drives[world])
     assert [fault.code for fault in odometry.faults] == ["agreement.late"]
-    assert odometry.lateness == pytest.approx(-0.075, abs=0.03)
+    assert odometry.agreement.lateness == pytest.approx(-0.075, abs=0.03)
 
 
 @pytest.mark.parametrize("making", [stuck(21.0, 8.0), stuck(14.0, 5.0), spinning(8.0, 5.0)])
