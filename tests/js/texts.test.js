@@ -85,10 +85,13 @@ test("values stand in the place of their names; a sentence without a translation
 test("a sentence without its code is known by its words, with what stands in them", async () => {
   globalThis.localStorage = /** @type {any} */ ({ getItem: () => "de" });
   const there = "../../static/js/ui/texts.js?german";
-  const { inLanguage } = /** @type {typeof import("../../static/js/ui/texts.js")} */ (await import(there));
+  const { inLanguage, said } = /** @type {typeof import("../../static/js/ui/texts.js")} */ (await import(there));
   const kept = "It stops by itself 0.35 s after the last command.";
   assert.equal(inLanguage(kept), "Er hält von selbst 0.35 s nach dem letzten Befehl.");
   assert.equal(inLanguage("2 more views at least."), "Noch mindestens 2 Ansichten.");
+  assert.equal(said("This robot has no microphones.", null), "Dieser Roboter hat keine Mikrofone.");
+  const flat = "The array is flat: the sound may as well come from 31° to the left.";
+  assert.match(inLanguage(flat), /ebenso gut von anderswo kommen \(31° nach links\)/);
   const first = "6 more views at least; view 4 brings a first estimate.";
   assert.equal(inLanguage(first), "Noch mindestens 6 Ansichten; Ansicht 4 bringt eine erste Schätzung.");
   const advice =

@@ -4,7 +4,7 @@
 import { action, iconButton, isNew, make, mark, svg, write } from "../ui/element.js";
 import { degrees } from "../ui/format.js";
 import { meter } from "../ui/meter.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import * as api from "./microphones-api.js";
 import { WizardStep } from "./wizard-step.js";
 
@@ -170,9 +170,11 @@ class CalibrationMicrophones extends WizardStep {
     this.#compass.show(calibration, this.#next);
     write(
       this.#advice,
-      calibration.microphones ? calibration.advice : t("calibration-microphones.this_robot_has_no_microphones"),
+      calibration.microphones
+        ? inLanguage(calibration.advice)
+        : t("calibration-microphones.this_robot_has_no_microphones"),
     );
-    write(this.#verdict, calibration.verdict);
+    write(this.#verdict, inLanguage(calibration.verdict));
     this.#verdict.hidden = calibration.verdict === "";
     this.#claps.replaceChildren(...calibration.claps.map((clap, index) => this.#row(clap, index)));
     this.#result(calibration);
@@ -188,7 +190,7 @@ class CalibrationMicrophones extends WizardStep {
             turned: api.turned(solution.yaw_rad),
             degrees: degrees(2 * solution.sd_yaw_rad, 1),
           })
-        : missing,
+        : inLanguage(missing),
     );
     const agree = solution
       ? t("calibration-microphones.the_claps_agree_to_degrees_rms", { degrees: degrees(solution.residual_rad, 1) })

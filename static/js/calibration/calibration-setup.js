@@ -206,7 +206,7 @@ class CalibrationSetup extends WizardStep {
   );
   #fits = make("p.note.print-fits");
   #page = make(
-    "select.words.small",
+    "select.field-box",
     { "aria-label": t("calibration-setup.paper") },
     ...["A4", "A3", "letter"].map(option),
   );

@@ -132,7 +132,7 @@ export class EmptyStage extends HTMLElement {
 customElements.define("empty-stage", EmptyStage);
 
 export class CameraChoice extends HTMLElement {
-  #select = make("select.words.small", { "aria-label": t("camera-choice.which_camera") });
+  #select = make("select.field-box", { "aria-label": t("camera-choice.which_camera") });
   /** @type {() => void} */
   changed = () => undefined;
 

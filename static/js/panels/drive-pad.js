@@ -107,7 +107,7 @@ export class DrivePad extends Panel {
     }
     const top = (PRESETS[drive.preset - 1] ?? 0) * hello.robot.max_speed_m_s;
     write(this.#preset, drive.slow ? t("drive-pad.slow") : t("drive-pad.speed_preset", { preset: drive.preset }));
-    write(this.#top, t("drive-pad.up_to", { speed: speed(drive.slow ? SLOW * top : top) }));
+    write(this.#top, t("drive-pad.up_to", { speed: speed(drive.slow ? SLOW * top : top).replace(" ", "\u00a0") }));
     this.#less.disabled = drive.preset === 1;
     this.#more.disabled = drive.preset === PRESETS.length;
     write(this.#moving, up ? speed(state.velocity.v_m_s) : "–");

@@ -27,7 +27,8 @@ import { askName } from "./place-list.js";
 /** @import { Point } from "../ui/floor-view.js" */
 
 const SAID_MS = 20_000; // for which it is said why the map is flat; the switch beside stays
-const MARGIN = 36; // [px] around the whole map
+const MARGIN = 36; // [px] around the whole map at most
+const [WIDE, WIDE_SHARE] = [1.5, 0.06]; // of a view that much wider than high the margin is that share of the height
 const SMALL_MARGIN = 14; // of a docked one
 const STATUS = 40; // [px] that it takes below at least …
 const STATUS_SHARE = 0.35; // … and at most, of what no panel covers
@@ -404,7 +405,8 @@ class FlatMap extends Panel {
     const status = bottom && Math.max(STATUS, Math.min(this.#status, STATUS_SHARE * free));
     const [across, down] = [width - left - right - tools, free - status];
     const seen = state?.landmarks.length ? extentOf([...state.landmarks, state.pose]) : none;
-    const fitted = FloorView.fitted(this.#plan?.extent ?? seen, across, down, tools ? MARGIN : SMALL_MARGIN);
+    const margin = across > WIDE * down ? Math.min(MARGIN, WIDE_SHARE * free) : MARGIN; // else the scale is above
+    const fitted = FloorView.fitted(this.#plan?.extent ?? seen, across, down, tools ? margin : SMALL_MARGIN);
     this.#view = new FloorView(fitted.scale, fitted.left + left, fitted.top + top);
   }
 

@@ -7,7 +7,7 @@ import { cardHead, icon, make, mark, svg, write } from "../ui/element.js";
 import { degrees, inWords } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { PeopleNear } from "../ui/people-near.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 
 /** @import { HearingState as Ears, VoiceHeard } from "../net/messages.js" */
 /** @import { View } from "../net/session.js" */
@@ -261,7 +261,7 @@ function describe({ azimuth_rad, sd_heard_rad, ambiguity }) {
   return t("hearing-card.a_voice_inwords_degrees_value", {
     inwords: inWords(azimuth_rad),
     degrees: degrees(2 * sd_heard_rad, 0),
-    value: ambiguity ? ` ${ambiguity}` : "",
+    value: ambiguity ? ` ${inLanguage(ambiguity)}` : "",
   });
 }
 

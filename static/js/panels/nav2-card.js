@@ -2,7 +2,7 @@
 
 import { address } from "../net/api.js";
 import { takeInMap, takeInMask } from "../net/edits-api.js";
-import { icon, make, nameField, onSubmit } from "../ui/element.js";
+import { icon, make, nameField, onSubmit, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
@@ -10,12 +10,15 @@ import { TroubleLine } from "../ui/trouble-line.js";
 /** @import { View } from "../net/session.js" */
 
 class Nav2Card extends Panel {
-  #files = make("input.field-box.nav2-files", {
+  #files = make("input.visually-hidden", {
     type: "file",
     multiple: true,
     accept: ".yaml,.yml,.pgm,.png,.bmp,.zip",
+    tabindex: "-1",
     "aria-label": t("nav2-card.files"),
   });
+  #chosen = make("span.nav2-chosen", t("nav2-card.choose_files"));
+  #choose = make("button.button", { onclick: () => this.#files.click() }, icon("upload"), this.#chosen);
   #name = nameField(t("nav2-card.name"));
   #as = make(
     "select.field-box",
@@ -25,8 +28,8 @@ class Nav2Card extends Panel {
     make("option", { value: "1 100 -1" }, t("nav2-card.slow_zones_in_percent")),
     make("option", { value: "2 0 0.01" }, t("nav2-card.slow_zones_in_cm_s")),
   );
-  #take = make("button.button.primary", { type: "submit" }, icon("upload"), t("nav2-card.take_in"));
-  #form = make("form.row.nav2-form", this.#as, this.#files, this.#name, this.#take);
+  #take = make("button.button.primary", { type: "submit" }, icon("done"), t("nav2-card.take_in"));
+  #form = make("form.row.nav2-form", this.#as, this.#choose, this.#files, this.#name, this.#take);
   #trouble = new TroubleLine();
 
   /** @override */
@@ -44,12 +47,18 @@ class Nav2Card extends Panel {
       ),
     );
     onSubmit(this.#form, () => void this.#send());
+    this.#files.addEventListener("change", () => this.#tell());
   }
 
   /** @override @param {View} view */
   show({ hello, up }) {
     this.#form.hidden = hello === null || hello.you.role === "viewer";
     this.#take.disabled = !up;
+  }
+
+  #tell() {
+    const names = [...(this.#files.files ?? [])].map(({ name }) => name).join(", ");
+    write(this.#chosen, names || t("nav2-card.choose_files"));
   }
 
   async #send() {
@@ -62,6 +71,7 @@ class Nav2Card extends Panel {
     await this.#trouble.attempt(async () => {
       this.session.announce(await this.#taken(name, files));
       this.#form.reset();
+      this.#tell();
     });
     this.#take.disabled = false;
   }

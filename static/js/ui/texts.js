@@ -33,7 +33,8 @@ export function t(key, values) {
  * @param {Values | null} [values]
  */
 export function said(sentence, code, values) {
-  const pattern = language === "en" || !code ? undefined : texts[`console.${code}`];
+  if (!code) return inLanguage(sentence);
+  const pattern = language === "en" ? undefined : texts[`console.${code}`];
   return pattern === undefined ? sentence : filled(pattern, translated(values ?? {}));
 }
 
@@ -47,9 +48,7 @@ export function said(sentence, code, values) {
 export function translate(message, name) {
   const sentence = message?.[name];
   if (!message || !sentence || language === "en") return;
-  Object.assign(message, {
-    [name]: message.code ? said(sentence, message.code, message.values) : inLanguage(sentence),
-  });
+  Object.assign(message, { [name]: said(sentence, message.code, message.values) });
 }
 
 /** @param {string} chosen the page is loaded again in this language */
