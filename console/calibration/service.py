@@ -175,7 +175,10 @@ class CalibrationService(Part):
     async def begin(
         self, kind: CalibrationKind, source: CalibrationSource, board: CalibrationBoard, height: float | None
     ) -> CalibrationSession:
-        """A new session. Raises Problem 409, BadInput."""
+        """A new session. One of its kind that looked at the robot, saw nothing, and that nobody watches, goes.
+
+        Raises Problem 409, BadInput.
+        """
         board_of(board)
         if len(self.sessions) >= MOST_SESSIONS:
             raise Problem(409, f"{MOST_SESSIONS} calibration sessions are kept already; delete some first.")
@@ -187,7 +190,11 @@ class CalibrationService(Part):
             card.mount = StoredMount.of(mount)
         shown = CalibrationSessionState(card.id, kind, source, board, card.created_s, height_m=height)
         for other in list(self.sessions.values()):
-            if other.card.kind == kind:
+            if other.card.kind != kind:
+                continue
+            if other.card.source == "robot" and not other.shown.views and not self._news.watched(other.card.id):
+                await self.delete(other)
+            else:
                 self.rest(other)
         session = self._make_session(StoredSession(FORM_VERSION, card, shown))
         await session.save()

@@ -108,3 +108,12 @@ def test_the_laser_looks_at_the_empty_room_and_again_when_the_robot_was_moved(li
     live.until(lambda: "empty room" in wizard.told["progress"]["words"], seconds=60)
     live.ask("POST", "/api/stop", token=live.operator, headers={"Content-Length": "0"})
     assert wizard.post("background").status == 200
+
+
+def test_a_session_that_saw_nothing_goes_when_another_of_its_kind_begins(live: Live) -> None:
+    empty, pictures = Wizard(live, source="robot", board=PANEL), Wizard(live)
+    fresh = Wizard(live, source="robot", board=PANEL)
+    listed = live.ask("GET", "/api/calibration/sessions", token=live.viewer).json["sessions"]
+    kept = {row["id"] for row in listed}
+    assert empty.id not in kept, "there is nothing to go on with"
+    assert {pictures.id, fresh.id} <= kept
