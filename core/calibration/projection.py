@@ -47,9 +47,11 @@ def exponential(vectors: Array) -> Array:
 
 def cross_matrices(vectors: Array) -> Array:
     """Vectors (..., 3) → matrices (..., 3, 3) with `matrix @ other = vector × other`."""
-    zero = np.zeros(vectors.shape[:-1])
-    x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
-    return np.stack((zero, -z, y, z, zero, -x, -y, x, zero), axis=-1).reshape(*vectors.shape[:-1], 3, 3)
+    matrices = np.zeros((*vectors.shape, 3))
+    for axis, (row, column) in enumerate(((2, 1), (0, 2), (1, 0))):
+        matrices[..., row, column] = vectors[..., axis]
+        matrices[..., column, row] = -vectors[..., axis]
+    return matrices
 
 
 def vector_of(model: CameraModel) -> Array:

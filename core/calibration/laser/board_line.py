@@ -4,6 +4,8 @@ First against the static background, as a straight run of beams nearer than the 
 known, inside the rectangle where the camera says the board is. Select and solve take turns until they agree.
 """
 
+import itertools
+
 import numpy as np
 
 from core.calibration.board.board import Board
@@ -150,4 +152,7 @@ def longest_run(beams: Array) -> Array:
     """Sorted beam numbers → their longest run without a gap of more than MAX_GAP_BEAMS."""
     if not len(beams):
         return beams
-    return max(np.split(beams, np.flatnonzero(np.diff(beams) > MAX_GAP_BEAMS + 1) + 1), key=len)
+    breaks = np.flatnonzero(beams[1:] - beams[:-1] > MAX_GAP_BEAMS + 1) + 1
+    ends = [0, *breaks.tolist(), len(beams)]
+    first, last = max(itertools.pairwise(ends), key=lambda run: run[1] - run[0])
+    return beams[first:last]

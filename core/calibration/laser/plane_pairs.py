@@ -135,8 +135,9 @@ def predict(planes: Planes, guess: Guess) -> tuple[Array, Array]:
     near = nearness[:, None, None]
     predicted = normals / nearness[:, None]
     slope = np.zeros((len(normals), 3, UNKNOWNS_COUNT))
-    turned = np.cross(normals, guess.translation)
-    slope[:, :, :3] = (-cross_matrices(normals) - predicted[:, :, None] * turned[:, None]) / near
+    cross = cross_matrices(normals)
+    turned = cross @ guess.translation
+    slope[:, :, :3] = (-cross - predicted[:, :, None] * turned[:, None]) / near
     slope[:, :, 3:6] = -predicted[:, :, None] * normals[:, None] / near
     slope[:, :, 7] = -predicted * (planes.distances / nearness)[:, None]
     return predicted, slope
@@ -212,6 +213,8 @@ def _carried(planes: Planes, guess: Guess) -> tuple[Array, Array]:
 
 def points_off(seen: StackedPairs, guess: Guess) -> tuple[Array, Array]:
     """Distances of the points from their planes (K,) [m] (eq. 13), and the derivative (K, 8)."""
+    if len(seen.points) == 0:
+        return np.zeros(0), np.zeros((0, UNKNOWNS_COUNT))
     normals, nearness = _nearness(seen.point_planes, guess)
     off = np.sum(normals * seen.points, axis=1) - nearness
     slope = np.zeros((len(normals), UNKNOWNS_COUNT))
