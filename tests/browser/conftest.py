@@ -22,7 +22,7 @@ Launch = Callable[[list[str]], playwright_api.Browser]
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        if Path(__file__).parent in item.path.parents and "launch" in getattr(item, "fixturenames", ()):
+        if item.nodeid.startswith("tests/browser/") and "launch" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.browser)
 
 

@@ -55,9 +55,8 @@ def begin(page: Page, columns: int, rows: int, source: str = "This device’s ca
 
 @pytest.mark.campaign
 def test_a_camera_is_calibrated_by_whoever_follows_the_page(visit: Open, console: Running) -> None:
-    here = visit(size=(1100, 760))
+    here = visit(size=(1100, 760), at="calibrate")
     page = here.page
-    page.goto(console.url + "calibrate")
     expect(page.get_by_role("heading", name="Calibrate", exact=True)).to_be_visible(timeout=SOON)
     page.get_by_role("button", name="Begin", exact=True).first.click()
 
@@ -122,14 +121,11 @@ def review(here: Visit) -> None:
 
 
 @pytest.mark.campaign
-def test_four_corners_are_dragged_onto_a_board_that_is_not_found(
-    visit: Open, console: Running, tmp_path: Path
-) -> None:
+def test_four_corners_are_dragged_onto_a_board_that_is_not_found(visit: Open, tmp_path: Path) -> None:
     covered, corners = with_a_thumb()
     (tmp_path / "a.png").write_bytes(covered)
-    here = visit(size=(1100, 760))
+    here = visit(size=(1100, 760), at="calibrate")
     page = here.page
-    page.goto(console.url + "calibrate")
     page.get_by_role("button", name="Begin", exact=True).first.click()
     begin(page, 9, 6, "Picture files")
     page.get_by_label("Pictures of the board").set_input_files(tmp_path / "a.png")
@@ -149,12 +145,9 @@ def test_four_corners_are_dragged_onto_a_board_that_is_not_found(
 
 
 @pytest.mark.real_data
-def test_files_of_another_board_are_judged_again_with_the_board_that_is_seen(
-    visit: Open, console: Running, shared_data: Path
-) -> None:
-    here = visit(size=(1100, 760))
+def test_files_of_another_board_are_judged_again_with_the_board_that_is_seen(visit: Open, shared_data: Path) -> None:
+    here = visit(size=(1100, 760), at="calibrate")
     page = here.page
-    page.goto(console.url + "calibrate")
     page.get_by_role("button", name="Begin", exact=True).first.click()
     begin(page, 7, 7, "Picture files")
     folder = shared_data / "chessboard-opencv-left"

@@ -43,9 +43,8 @@ def camera_file() -> dict[str, Any]:
 
 @pytest.mark.campaign
 def test_the_laser_is_calibrated_by_the_demo_while_the_page_tells_how(visit: Open, console: Running) -> None:
-    here = visit(size=(1100, 760))
+    here = visit(size=(1100, 760), at="calibrate")
     page = here.page
-    page.goto(console.url + "calibrate")
     expect(page.get_by_role("heading", name="Calibrate", exact=True)).to_be_visible(timeout=SOON)
     here.find("#camera-file").set_input_files(camera_file())
     expect(here.find("[data-kind=camera] .wizard-used")).to_contain_text("In use", timeout=SOON)
@@ -81,12 +80,10 @@ def test_the_laser_is_calibrated_by_the_demo_while_the_page_tells_how(visit: Ope
     assert console.ask("api/calibration/in-use")["laser"]["poses_used"] >= 6
 
 
-def test_the_wizards_next_step_is_in_sight_on_every_window_and_never_under_stop(
-    visit: Open, console: Running
-) -> None:
+def test_the_wizards_next_step_is_in_sight_on_every_window_and_never_under_stop(visit: Open) -> None:
     for size in (PHONE, (1366, 650)):
-        here = visit(size=size)
-        here.page.goto(console.url + "calibrate#new=camera")
+        here = visit(size=size, at="calibrate")
+        here.find("[data-kind=camera]").get_by_role("button", name="Begin", exact=True).dispatch_event("click")
         start = here.button("Start")
         expect(start).to_be_visible(timeout=SOON)
         here.until(lambda start=start: is_on_top(start), f"Start is in sight at {size}, before any scrolling", 10.0)
@@ -103,17 +100,15 @@ def is_on_top(button: Locator) -> bool:
 
 def test_a_viewer_is_not_asked_to_go_on_with_a_calibration(visit: Open, console: Running) -> None:
     console.ask("api/calibration/sessions", {"kind": "camera", "board": {"columns": 9, "rows": 6, "square_m": 0.03}})
-    here = visit(watching=True)
-    here.page.goto(console.url + "calibrate")
+    here = visit(watching=True, at="calibrate")
     expect(here.find(".begun")).to_contain_text("Calibrations to look at", timeout=SOON)
     expect(here.find(".home-foot")).to_be_hidden()
 
 
 def test_stop_is_in_reach_on_the_wizards_page_and_a_viewer_may_press_it(visit: Open, console: Running) -> None:
     console.ask("api/commands", {"text": "turn left"})
-    here = visit(size=PHONE, watching=True)
+    here = visit(size=PHONE, watching=True, at="calibrate")
     page = here.page
-    page.goto(console.url + "calibrate")
     expect(here.find(".wizard-card").first).to_contain_text("You are watching", timeout=SOON)
     expect(page.get_by_role("button", name="Begin", exact=True)).to_have_count(0)
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")

@@ -29,13 +29,6 @@ def _no_edits_stay(console: Running) -> Iterator[None]:
         console.ask(f"api/places/{place['name']}", method="DELETE")
 
 
-def opened(here: Visit, console: Running) -> Visit:
-    """The page of maps."""
-    here.page.goto(f"{console.url}maps")
-    expect(here.find("link-chip")).to_contain_text("Hz")
-    return here
-
-
 def holding(console: Running) -> list[str]:
     return [one["kind"] for one in console.ask("api/map/edits")["edits"] if one["holds"]]
 
@@ -54,8 +47,8 @@ def stroke(here: Visit, *points: tuple[float, float]) -> None:
     here.page.mouse.up()
 
 
-def test_the_link_to_the_editor_leaves_the_bar_where_it_is(visit: Open, console: Running) -> None:
-    here = opened(visit(), console)
+def test_the_link_to_the_editor_leaves_the_bar_where_it_is(visit: Open) -> None:
+    here = visit(at="maps")
     here.page.get_by_role("link", name="Edit the map").click()
     expect(here.find(".map-edit-floor")).to_be_in_viewport()
     here.wait(0.5)
@@ -64,7 +57,7 @@ def test_the_link_to_the_editor_leaves_the_bar_where_it_is(visit: Open, console:
 
 
 def test_a_saved_map_is_renamed_on_the_page(visit: Open, console: Running) -> None:
-    here = opened(visit(), console)
+    here = visit(at="maps")
     for name in ("lab", "hall"):
         console.ask("api/maps", {"name": name})
     saved = here.find(".map-saved:visible")
@@ -82,7 +75,7 @@ def test_a_saved_map_is_renamed_on_the_page(visit: Open, console: Running) -> No
 
 
 def test_cells_are_drawn_and_erased_a_room_is_named_and_all_is_taken_back(visit: Open, console: Running) -> None:
-    here = opened(visit(), console)
+    here = visit(at="maps")
     floor = here.find(".map-edit-floor")
     floor.scroll_into_view_if_needed()
     expect(here.find("map-editor").get_by_role("button", name="Erase")).to_be_enabled()
@@ -109,7 +102,7 @@ def test_cells_are_drawn_and_erased_a_room_is_named_and_all_is_taken_back(visit:
 
 
 def test_a_finger_and_the_keys_draw_too(visit: Open, console: Running) -> None:
-    here = opened(visit(size=PHONE), console)
+    here = visit(size=PHONE, at="maps")
     floor = here.find(".map-edit-floor")
     floor.scroll_into_view_if_needed()
     expect(here.find("map-editor").get_by_role("button", name="Erase")).to_be_enabled()
@@ -160,7 +153,7 @@ def match(here: Visit, older: str, newer: str) -> Locator:
 
 
 def test_a_map_of_nav2_is_taken_in_and_a_bad_one_or_a_join_is_explained(visit: Open, console: Running) -> None:
-    here = opened(visit(), console)
+    here = visit(at="maps")
     taken_in(here, "from nav2", floor_plan())
     expect(match(here, "from nav2", "from nav2").get_by_role("alert")).to_contain_text("two")
     console.ask("api/maps/from%20nav2", method="DELETE")
@@ -171,7 +164,7 @@ def test_a_map_of_nav2_is_taken_in_and_a_bad_one_or_a_join_is_explained(visit: O
 
 @pytest.mark.campaign
 def test_two_maps_are_shown_over_each_other_and_joined(visit: Open, console: Running) -> None:
-    here = opened(visit(), console)
+    here = visit(at="maps")
     for called, grid in (("whole plan", floor_plan()), ("east part", floor_plan(1, 60))):
         taken_in(here, called, grid)
     join = match(here, "whole plan", "east part")

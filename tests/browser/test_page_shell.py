@@ -160,9 +160,8 @@ def test_a_setting_is_changed_refused_and_taken_back(visit: Open, console: Runni
     here.complaints[:] = [each for each in here.complaints if "422" not in each]  # the browser notes the refusal
 
 
-def test_on_the_narrowest_page_no_name_of_an_experiment_meets_its_button(visit: Open, console: Running) -> None:
-    here = visit(size=(320, 740))
-    here.page.goto(f"{console.url}experiments")
+def test_on_the_narrowest_page_no_name_of_an_experiment_meets_its_button(visit: Open) -> None:
+    here = visit(size=(320, 740), at="experiments")
     expect(here.find(".experiments .button").first).to_be_visible(timeout=1000 * PATIENCE)
     gaps = here.page.evaluate("""() => [...document.querySelectorAll(".experiments tbody tr")].flatMap(row => {
         const [name, run] = [row.querySelector("th"), row.querySelector(".button")], words = new Range();

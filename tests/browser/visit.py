@@ -60,11 +60,10 @@ class Profiles:
 
     def leave(self, page: Page, size: tuple[int, int], theme: str) -> None:
         """Close the page, and wipe what it kept."""
-        origin = page.evaluate("location.origin")
         page.goto("about:blank")
         context = page.context
         context.new_cdp_session(page).send(
-            "Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "cookies,local_storage,indexeddb"}
+            "Storage.clearDataForOrigin", {"origin": "*", "storageTypes": "cookies,local_storage,indexeddb"}
         )
         for one in context.pages:
             one.close()
@@ -84,8 +83,9 @@ class Visit:
         hints: bool = False,
         watching: bool = False,
         before: Callable[[Any], None] | None = None,
+        at: str = "",
     ) -> None:
-        """`hints`: as on a first visit; `before`: done to the page before it opens."""
+        """`hints`: as on a first visit; `before`: done to the page before it opens; `at`: the path that is opened."""
         self.console = console
         self._profiles, self._kind = profiles, (size, theme)
         self.complaints: list[str] = []
@@ -99,7 +99,7 @@ class Visit:
         self.page.add_init_script(NO_SCENE)
         if before is not None:
             before(self.page)
-        self.page.goto(console.watching if watching else console.driving)
+        self.page.goto((console.watching if watching else console.driving).replace("#", f"{at}#"))
         expect(self.page.locator("link-chip")).to_contain_text("Hz", timeout=PATIENCE * 1000)
 
     def show_scene(self, *, coarse: bool = False) -> None:
@@ -131,6 +131,11 @@ class Visit:
     def button(self, name: str) -> Locator:
         """A button by its exact name."""
         return self.page.get_by_role("button", name=name, exact=True)
+
+    def go(self, path: str) -> None:
+        """Follow the menu's link to a page of the console; no document is loaded."""
+        self.find(f"page-menu a[href='{path or './'}']").dispatch_event("click")
+        expect(self.find("body")).to_have_attribute("data-page", path or "drive")
 
     def open_tab(self, name: str) -> None:
         """Open a tab of the details; where one view is shown at a time, those first."""
