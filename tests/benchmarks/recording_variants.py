@@ -87,6 +87,14 @@ def simulated(world: str, seed: int) -> Drive:
     )
 
 
+def beginning(drive: Drive, seconds: float) -> Drive:
+    """The first seconds of a simulated drive."""
+    count = round(seconds / PERIOD_S)
+    assert drive.truth is not None and count < len(drive.stamps)
+    rows = ("stamps", "ranges", "times", "poses", "truth")
+    return replace(drive, **{name: getattr(drive, name)[:count] for name in rows})
+
+
 def recorded(path: Path, name: str, most: int) -> Drive:
     """The first scans of a log."""
     read = open_log(path)
@@ -115,6 +123,7 @@ def recorded(path: Path, name: str, most: int) -> Drive:
 
 BASES: dict[str, Callable[[], Drive]] = {
     "lab": lambda: simulated("lab", 3),
+    "lab 28 s": lambda: beginning(simulated("lab", 3), 28.0),
     "floor": lambda: simulated("floor", 5),
     "strangers": lambda: recorded(STRANGERS / "10_short_control.mcap", "strangers", 200),
     "intel": lambda: recorded(INTEL, "intel", 100),

@@ -17,7 +17,7 @@ SLICE = {
 
 @pytest.fixture(scope="module")
 def rows() -> dict[object, dict[str, object]]:
-    return {row["variant"]: row for row in campaign(["lab"], ["log"], list(SLICE))}
+    return {row["variant"]: row for row in campaign(["lab 28 s"], ["log"], list(SLICE))}
 
 
 @pytest.mark.parametrize(("variant", "end"), SLICE.items())

@@ -276,7 +276,7 @@ def test_a_goal_that_drives_ends_with_the_console(begin, tmp_path: Path) -> None
             urllib.request.urlopen(urllib.request.Request(base + "api/commands", body, head), timeout=60).close()
         deadline = time.monotonic() + 3
         while not turns() and time.monotonic() < deadline:
-            time.sleep(0.02)
+            time.sleep(0.1)
     told = time.monotonic()
     console.end(signal.SIGTERM)
     rows = read_trace(trace)

@@ -17,7 +17,7 @@ def test_the_reference_is_what_a_robot_without_a_camera_believes_and_steers_noth
     both, plain = Pilot(robot.profile, COMPARED), Pilot(robot.profile)
     blind = Pilot(replace(robot.profile, cameras=(), arrays=()))
     distances: list[float] = []
-    for _ in range(400):
+    for _ in range(200):
         frame = robot.read()
         robot.drive(Twist(0.25 if frame.stamp > 2.0 else 0.0, 0.0))
         snapshot, alone = both.step(frame), blind.step(replace(frame, image=None, sound=None))
@@ -32,7 +32,7 @@ def test_the_reference_is_what_a_robot_without_a_camera_believes_and_steers_noth
 def test_the_reference_moves_with_the_map_and_goes_on_in_one_that_is_loaded() -> None:
     robot = SimulatedRobot("lab", seed=3)
     pilot = Pilot(robot.profile, COMPARED)
-    for _ in range(120):
+    for _ in range(60):
         pilot.step(robot.read())
     pilot.turn_map(0.5)
     turned = pilot.step(robot.read())
@@ -40,7 +40,7 @@ def test_the_reference_moves_with_the_map_and_goes_on_in_one_that_is_loaded() ->
     assert abs(turned.by_laser.pose.heading - turned.estimate.pose.heading) < 0.02
     other = Pilot(robot.profile, COMPARED)
     other.enter_map(pilot.keep_map())
-    for _ in range(199):
+    for _ in range(99):
         other.step(robot.read())
     loaded = other.step(robot.read())
     assert loaded.by_laser is not None
