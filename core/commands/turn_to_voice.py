@@ -47,7 +47,8 @@ def call_for(command: Command, ctx: ControlContext) -> VoiceBearing:
 
 def heard_for(command: Command, ctx: ControlContext) -> tuple[VoiceBearing, ...]:
     """Return the bearings of all voices that were heard in a command's words. Raises Refused as `call_for` does."""
-    return command.others or (call_for(command, ctx),)
+    call = call_for(command, ctx)
+    return command.others or (call,)
 
 
 class TurnToVoice:

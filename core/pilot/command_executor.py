@@ -115,7 +115,8 @@ class CommandExecutor:
     def _begin(self, accepted: AcceptedCommand, stamp: float, ctx: ControlContext, *, wait: bool) -> None:
         """Let the command that came in take the other's place if it can begin; `wait`: it does so later."""
         try:
-            self._adopt(accepted, stamp, None if wait else self._action_of(accepted.command, ctx))
+            action = self._action_of(accepted.command, ctx)
+            self._adopt(accepted, stamp, None if wait else action)
         except Refused as refusal:
             self._end_next("refused", str(refusal))
 

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from core.commands import spec_of
 from core.commands.come_here import COME_HERE
 from core.commands.command import Command, Progress
 from core.commands.keep_to_person import ONLY_LEGS
@@ -338,6 +339,19 @@ def test_without_a_fresh_and_sure_direction_nothing_moves(words: str) -> None:
     stage.camera = None
     with pytest.raises(Refused, match="no camera"):
         stage.begin(words)
+
+
+@pytest.mark.parametrize("words", ["come here", "follow me"])
+def test_a_vague_direction_is_refused_also_where_other_voices_were_heard_meanwhile(words: str) -> None:
+    stage = Company()
+    stage.stands("Ann", 2.0, 0.0)
+    stage.speaks("Ann", sd=0.5)
+    command = understand(words)
+    assert isinstance(command, Command) and stage.call is not None
+    others = stage.call, dataclasses.replace(stage.call, sd=0.05)
+    spoken = dataclasses.replace(command, call=stage.call, others=others)
+    with pytest.raises(Refused, match="not well enough"):
+        spec_of(command.name).begin(spoken, stage.here)
 
 
 def follow(stage: Company, seconds: float, move: dict[str, tuple[float, float]]) -> list[Progress]:
