@@ -1,5 +1,6 @@
 """The protocols of recognition: sound with speech goes in, decisions come out."""
 
+from collections.abc import Iterable
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -63,6 +64,12 @@ class NameOpinion(Protocol):
     def weigh(self, utterance: Utterance, also: str = "") -> dict[str, float]:
         """The names that fit an utterance best, and `also`, by the words of their commands → by how much [nats] each
         fits better than any sounds of speech. A name that this engine does not know is missing.
+        """
+        ...
+
+    def over_words(self, utterance: Utterance, key: str, texts: Iterable[str]) -> dict[str, float]:
+        """Other words that may have been said, in small letters → by how much [nats] the name of this key fits better
+        than they do. Words that this engine cannot pronounce are missing.
         """
         ...
 

@@ -69,13 +69,18 @@ def grammar_decoder(jsgf: str, **options: Any) -> Any:
 
 
 def add_words(decoder: Any, words: Mapping[str, Sequence[str]]) -> None:
-    """Teach words to a decoder without a dictionary, each by its pronunciations, and PHONE_WORD of every phone."""
-    for word, ways in words.items():
-        for number, way in enumerate(ways, 1):
-            decoder.add_word(word if number == 1 else f"{word}({number})", way, False)
+    """Teach words to a decoder without a dictionary, and PHONE_WORD of every phone."""
+    add_more_words(decoder, words)
     phones = phones_of(dictionary_file())
     for phone in phones:
         decoder.add_word(PHONE_WORD.format(phone.lower()), phone, phone == phones[-1])
+
+
+def add_more_words(decoder: Any, words: Mapping[str, Sequence[str]]) -> None:
+    """Teach words, each by its pronunciations; searches that are made afterwards know them."""
+    for word, ways in words.items():
+        for number, way in enumerate(ways, 1):
+            decoder.add_word(word if number == 1 else f"{word}({number})", way, False)
 
 
 def listen_for(decoder: Any, search: str, jsgf: str) -> None:

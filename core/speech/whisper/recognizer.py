@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from itertools import islice
@@ -65,6 +65,7 @@ from core.speech.whisper.spellings import (
     one_point,
     seldom_said,
     sound_of,
+    words_of,
 )
 from core.speech.whisper.tokenizer import Tokenizer
 from core.speech.whisper.transformer import Decoder, Encoder
@@ -368,7 +369,7 @@ class WhisperRecognizer:
             best, lead = self._better_by_sound(best, lead, sound, views, begun, utterance.rejected)
         if best is None:
             return self._unknown_place(decision, found, readings[0])
-        fits = self._fits_as_name(best, readings, begun, sound.get(best.key[0]))
+        fits = self._fits_as_name(best, readings, begun, sound.get(best.key[0]), utterance)
         if best.key[0] in SPECS and decision.command is None:
             return decision
         if fits <= 0 or best.key[0] in SPECS:
@@ -403,21 +404,43 @@ class WhisperRecognizer:
         return best, lead
 
     def _fits_as_name(
-        self, meaning: Meaning, readings: list[Found], begun: tuple[int, ...], sound: float | None
+        self,
+        meaning: Meaning,
+        readings: list[Found],
+        begun: tuple[int, ...],
+        sound: float | None,
+        utterance: Utterance,
     ) -> float:
-        """By how much [nats] a name keeps its bounds; `sound`: how well it fits the other engine, if known there."""
+        """By how much [nats] a name keeps its bounds; `sound`: how well it fits the other engine, if known there.
+
+        Where other words are written rather, the other engine is asked about each of them that it can pronounce; a
+        name only gains from that where it fits better than all of them.
+        """
         score, over = meaning.mean - self._bounds(meaning).score, self._over_other_names(meaning, readings, begun)
         if sound is None:
             return min(score, over)
-        by_sound = float(np.clip(sound / SOUND_SCALE, -MAX_AGAINST_NATS, MAX_FOR_NATS))
-        weighed = min(score + WEIGHED_SCORE, over + WEIGHED_LEAD) + by_sound
-        return max(weighed, min(score, over, (sound - CONTRADICTING_NATS) / SOUND_SCALE))
+        heard, ahead = (sound - CONTRADICTING_NATS) / SOUND_SCALE, over + _share_of(sound)
+        weighed = score + WEIGHED_SCORE + _share_of(sound)
+        if over < 0 < min(weighed, heard) and self._names is not None:
+            spoken = {one.text: words_of(one.text) for read in readings for one in self._other_texts(meaning, read)}
+            by_words = self._names.over_words(utterance, meaning.key[0], dict.fromkeys(spoken.values()))
+            shares = {text: _share_of(by_words.get(words, sound)) for text, words in spoken.items()}
+            compared = self._over_other_names(meaning, readings, begun, shares)
+            ahead = compared if min(by_words.values(), default=0.0) > 0 else min(compared, ahead)
+        return max(min(weighed, ahead + WEIGHED_LEAD), min(score, over, heard))
 
-    def _over_other_names(self, meaning: Meaning, readings: list[Found], begun: tuple[int, ...]) -> float:
+    def _over_other_names(
+        self,
+        meaning: Meaning,
+        readings: list[Found],
+        begun: tuple[int, ...],
+        by_sound: Mapping[str, float] | None = None,
+    ) -> float:
         """By how much [nats] a name keeps its bounds beside all words that nobody has named, a mean of two readings.
 
         Words that nobody writes by themselves, like "Malcony", are rather a known name that was not heard well; usual
-        ones that sound like it, like "bedroom", must be less likely in both readings.
+        ones that sound like it, like "bedroom", must be less likely in both readings. `by_sound`: texts → what the
+        other engine says for the name against each [nats].
         """
         before = len(self._search.text(begun))
         name = _name(meaning.spelling[before:])
@@ -432,6 +455,7 @@ class WhisperRecognizer:
             least = NO_OTHER
             for (words, texts), chance in zip(groups.items(), usual, strict=True):
                 ahead = nats - float(np.logaddexp.reduce([one.nats for one in texts]))
+                ahead += 0.0 if by_sound is None else by_sound[texts[0].text]
                 if chance > USUAL_WORDS and names_alike(words, name):
                     alike = min(alike, ahead - ALIKE_NAMES)
                 least = min(
@@ -573,6 +597,11 @@ def key_of(words: str, own: OwnPhrases = ()) -> Key | None:
         return None
     whole = not lacks_whole_part(words) and not has_more_decimals(words)
     return _named(found.kind, found.place), tuple(found.numbers.items()), not whole
+
+
+def _share_of(sound: float) -> float:
+    """Convert the other engine's nats to those that they add to a name here, or take from it."""
+    return float(np.clip(sound / SOUND_SCALE, -MAX_AGAINST_NATS, MAX_FOR_NATS))
 
 
 def _name(words: str) -> str:

@@ -232,8 +232,16 @@ def as_understood(spelling: str) -> str:
 
 def sound_of(text: str) -> str:
     """How any text sounds, as letters: "to" and "two" differ in one of them."""
-    said = ANY_NUMBER.sub(lambda found: f" {' '.join(number_words(read_number(found[0])))} ", as_understood(text))
-    return sound_key(" ".join(re.findall(r"[a-z]+", said)))
+    return sound_key(" ".join(re.findall("[a-z]+", _numbers_in_words(text))))
+
+
+def words_of(text: str) -> str:
+    """Any text as small words, its numbers, too."""
+    return " ".join(re.findall("[a-z]+(?:'[a-z]+)*", _numbers_in_words(text)))
+
+
+def _numbers_in_words(text: str) -> str:
+    return ANY_NUMBER.sub(lambda found: f" {' '.join(number_words(read_number(found[0])))} ", as_understood(text))
 
 
 def misspelt(spelling: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -17,7 +18,8 @@ from core.speech.sphinx.name_opinion import SphinxNameOpinion, pronunciations
 from core.speech.synthesis import VoiceSettings, can_speak, speak
 from core.speech.understanding.grammar import OwnPhrases
 from core.speech.understanding.place_names import place_phrases
-from core.speech.whisper.recognizer import WhisperRecognizer
+from core.speech.whisper.joint_search import Found, JointSearch, ScoredText
+from core.speech.whisper.recognizer import Meaning, WhisperRecognizer
 from tests.core.speech.ears import mono, padded, whisper
 
 PLACE_NAMES = ("kitchen", "window", "workshop", "meeting room", "Xqzkvr")
@@ -68,6 +70,28 @@ def test_a_name_that_is_not_known_fits_worse_than_any_sounds() -> None:
     assert max(fits.values()) < 0
 
 
+@pytest.mark.skipif(not can_speak(), reason="Nothing here speaks: install the extra voice.")
+@pytest.mark.parametrize(("spoken_words", "ahead"), [("go to the kitchen", True), ("go to the chicken", False)])
+def test_a_name_is_told_from_other_words(spoken_words: str, ahead: bool) -> None:
+    over = learnt().over_words(spoken(spoken_words), "go to kitchen", ["go to the chicken", "go to the xqzkvr"])
+    assert over.keys() == {"go to the chicken"}
+    assert (over["go to the chicken"] > 0) is ahead
+
+
+@pytest.mark.skipif(not can_speak(), reason="Nothing here speaks: install the extra voice.")
+def test_words_that_were_told_from_a_name_are_no_names() -> None:
+    opinion, sound = learnt(), spoken("go to the kitchen")
+    before = opinion.weigh(sound, "go to workshop")
+    opinion.over_words(sound, "go to kitchen", ["go to the violin", "go to the kitten"])
+    assert opinion.weigh(sound, "go to workshop") == before
+
+
+@pytest.mark.skipif(not can_speak(), reason="Nothing here speaks: install the extra voice.")
+def test_a_name_that_was_not_said_is_followed_to_its_end() -> None:
+    """Given up on the way it would be as unlikely as can be: -400 nats at one speed or both."""
+    assert -240 < learnt().weigh(spoken("go to the laboratory"), "go to window")["go to window"] < 0
+
+
 def test_a_name_that_nobody_can_pronounce_is_left_out() -> None:
     assert learnt().weigh(said("", np.zeros(RATE_HZ)), "go to xqzkvr").keys().isdisjoint({"go to xqzkvr"})
 
@@ -75,13 +99,16 @@ def test_a_name_that_nobody_can_pronounce_is_left_out() -> None:
 class Fixed:
     """An opinion that is always the same."""
 
-    def __init__(self, fits: dict[str, float]) -> None:
-        self._fits = fits
+    def __init__(self, fits: dict[str, float], over: dict[str, float] | None = None) -> None:
+        self._fits, self._over = fits, over or {}
 
     def learn(self, own: OwnPhrases) -> None: ...
 
     def weigh(self, utterance: Utterance, also: str = "") -> dict[str, float]:
         return dict(self._fits)
+
+    def over_words(self, utterance: Utterance, key: str, texts: Iterable[str]) -> dict[str, float]:
+        return {text: self._over[text] for text in texts if text in self._over}
 
 
 @pytest.mark.skipif(not can_speak(), reason="Nothing here speaks: install the extra voice.")
@@ -97,6 +124,42 @@ def test_a_name_whose_sound_does_not_fit_is_refused() -> None:
         fits.update(now)
         command = recognizer.decide(sound).command
         assert (None if command is None else command.place) == place
+
+
+class Written(WhisperRecognizer):
+    """A recognizer that reads usual words beside a name."""
+
+    def __init__(self, names: Fixed) -> None:
+        self._own, self._fixed, self._names, self._search = phrases(), {}, names, JointSearch.__new__(JointSearch)
+        self._search.text = lambda columns: "Go to"
+        self._search.by_chance = lambda texts: np.zeros(len(list(texts)))
+
+    def keeps_bounds(self, name: Meaning, readings: list[Found], sound: float) -> bool:
+        return self._fits_as_name(name, readings, (), sound, said("", np.zeros(RATE_HZ))) > 0
+
+
+@pytest.mark.parametrize(
+    ("over", "sound", "fits"),
+    [
+        ({}, -10.0, False),
+        ({"go to the wind": 90.0}, -10.0, True),
+        ({"go to the wind": -90.0}, 120.0, False),
+        ({}, 120.0, True),
+        ({"go to the wind": 90.0, "go to the winds": -5.0}, -10.0, False),
+        ({"go to the wind": 90.0}, -110.0, False),
+        ({"go to the winds": 90.0}, -10.0, False),
+    ],
+)
+def test_a_name_is_heard_beside_usual_words_like_it_that_sound_otherwise(
+    over: dict[str, float], sound: float, fits: bool
+) -> None:
+    texts = tuple(
+        ScoredText(text=text, nats=nats)
+        for text, nats in (("Go to the window.", -1.5), ("Go to the wind.", -2.5), ("Go to the winds.", -9.0))
+    )
+    name = Meaning(spelling="Go to the window.", nats=-1.5, again=-1.5, key=("go to window", (), False))
+    readings = [Found(spellings=(), free=texts)] * 2
+    assert Written(Fixed({}, over)).keeps_bounds(name, readings, sound) is fits
 
 
 @cache
