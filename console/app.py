@@ -15,6 +15,7 @@ from console import beckon_version
 from console.access.guard import Access
 from console.api.application import complete, opened
 from console.api.documentation import STEPS, ApiDescription, DescribedApp
+from console.api.help import help_pages
 from console.api.page import scene_page_file
 from console.api.page_files import PageFiles
 from console.runtime import Runtime
@@ -83,8 +84,9 @@ def create_app(runtime: Runtime) -> FastAPI:
     app.cookie = runtime.access.cookie
     app.state.description = ApiDescription(app)
     files = PageFiles(static_folder())
-    routes = [route for router in ROUTERS for route in router.routes]
-    complete(app, runtime, files, [Mount("/static", files, name="static"), *routes])  # most requests first
+    routes = [route for router in ROUTERS for route in router.routes if route not in help_pages.routes]
+    static = *help_pages.routes, Mount("/static", files, name="static")  # first, for most requests are for files
+    complete(app, runtime, files, [*static, *routes])
     return app
 
 
