@@ -39,6 +39,14 @@ test("until it has moved for a second, the seconds are those at the speed that i
   assert.equal(toGo.saw(driving(25, 0.4, stands), 0.2).join(), "1.6 m");
 });
 
+test("a turn on the spot at the way's end counts for no pace", () => {
+  const toGo = new ToGo();
+  const turns = { velocity: { v_m_s: 0, w_rad_s: 0.6 } };
+  for (const at of [10, 11, 12]) toGo.saw(driving(at, 1.8 + (at - 10) * 0.05), 0.2);
+  assert.equal(toGo.saw(driving(13, 1.9, turns), 0.2).join(), "0.1 m,1 s");
+  assert.equal(toGo.saw(driving(15, 1.9, turns), 0.2).join(), "0.1 m,1 s");
+});
+
 test("round a corner the way counts, not the straight line", () => {
   const path = /** @type {[number, number][]} */ ([
     [0, 0],

@@ -83,7 +83,10 @@ export function askToOpen(question, session, { url, open, stay }) {
     };
     return make("button", { class: look, onclick }, words);
   };
-  const sentence = t("connect-robot.your_map_is_not_saved", { url: nameOf(url) });
+  const { name } = session.state.map;
+  const sentence = name
+    ? t("connect-robot.the_map_has_changed", { name, url: nameOf(url) })
+    : t("connect-robot.your_map_is_not_saved", { url: nameOf(url) });
   const save = choice(t("connect-robot.save_and_open"), () => open(true), "button primary");
   mark(question, "aria-label", sentence);
   question.replaceChildren(

@@ -33,7 +33,7 @@ const HINTS = [
     at: '[data-command="turn_left"]',
     title: t("coach-marks.turn_the_robot"),
     text: t("coach-marks.press_turn_left_you_see_what"),
-    ended: ({ name, state }) => name.startsWith("turn_") && state === "done",
+    ended: ({ name, state }) => name.startsWith("turn_") && ["done", "cancelled"].includes(state),
   },
   {
     at: ".stick",
@@ -141,12 +141,13 @@ export class CoachMarks extends Panel {
     if (hint && fitting().length > this.#hints.length) this.#go(fitting().indexOf(hint)); // people came in
     this.#tour.hidden = this.#step > 0 || document.querySelector(".person-chip") === null;
     if (!this.#card.hidden) this.#place();
-    // Do not cover a pending command or a zone being drawn and their buttons, nor on a phone the lists of Details, unless
-    // the hint is about them; no hints while another operator drives.
+    // Do not cover a pending command, a zone being drawn or what was opened, and their buttons, nor a robot that obeys, nor
+    // on a phone the lists of Details, unless the hint is about them; no hints while another operator drives.
     const lists = innerWidth < PHONE_PX && document.querySelector('[data-view="details"]');
     const busy =
       state?.pending_command ||
-      document.querySelector(".flat-mode-bar:not([hidden])") ||
+      state?.command?.state === "running" ||
+      document.querySelector(".flat-mode-bar:not([hidden]), .popover:not([hidden])") ||
       (lists && this.#hints[this.#step]?.opens !== "voices");
     this.#card.style.visibility = busy || permission.may === "no" ? "hidden" : "";
   }

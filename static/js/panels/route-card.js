@@ -132,10 +132,10 @@ class RouteCard extends Panel {
     );
     this.append(
       make("div.inline.slam-head", make("h3", t("route-card.routes")), make("span.spring"), this.#new),
-      this.#under,
       this.#trouble.element,
       this.#empty,
       this.#list,
+      this.#under, // below: its End does not come to where Start was pressed
       this.#form,
     );
     this.#new.addEventListener("click", () => {

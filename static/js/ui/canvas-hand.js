@@ -50,6 +50,8 @@ export class CanvasHand {
     canvas.addEventListener("pointermove", (event) => this.#drag(event));
     canvas.addEventListener("pointerup", (event) => this.#up(event));
     canvas.addEventListener("pointercancel", (event) => this.#cancel(event));
+    // else the click that follows a tap presses what the tap has just opened there
+    canvas.addEventListener("touchend", (event) => event.cancelable && event.preventDefault(), { passive: false });
     if (!acts.scrolls) canvas.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
   }
 

@@ -27,7 +27,10 @@ export class ToGo {
     const length = straight === null ? null : path.length > 1 ? wayLeft(pose, path) : straight;
     const left = length ?? 1 - command.progress;
     const moves = Math.hypot(velocity.v_m_s, velocity.w_rad_s) > MOVES_M_S;
-    if (at !== this.#seen.at(-1)?.at && (moves || this.#seen.length)) this.#seen.push({ at, left });
+    const turns = moves && Math.abs(velocity.v_m_s) <= MOVES_M_S;
+    if (turns && length !== null)
+      this.#seen = []; // it comes no nearer
+    else if (at !== this.#seen.at(-1)?.at && (moves || this.#seen.length)) this.#seen.push({ at, left });
     this.#seen = this.#seen.filter((one) => at - one.at <= WINDOW_S);
     const set = length !== null && cruise > 0 ? length / cruise : null;
     const seconds = this.#measures(at) ? this.#seconds(left, at) : set;
