@@ -99,7 +99,9 @@ class Squeamish(Pilot):
 def test_a_pilot_that_fails_with_a_calibration_starts_again_without_it_and_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE", 0.1)
+    monkeypatch.setattr(
+        "console.control.pilot_supervisor.RESTART_PAUSE", 0.5
+    )  # a reading every 10 ms sees it, on a busy machine too
     live = Live(tmp_path, make_pilot=lambda: Squeamish(live.robot.profile))
     with live:
         keep_warm(live)
