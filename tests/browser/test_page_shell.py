@@ -173,14 +173,13 @@ def test_on_the_narrowest_page_no_name_of_an_experiment_meets_its_button(visit: 
 
 
 def test_experiments_are_listed_and_one_is_cancelled(visit: Open, console: Running) -> None:
-    here = visit()
-    open_page(here, "Experiments")
+    here = visit(size=(820, 700), at="experiments")
     card = here.find('[data-experiment="dead-reckoning-vs-slam"]')
     expect(card).to_contain_text("Figure 16", timeout=2000 * PATIENCE)
     card.get_by_text("Details").click()
     card.get_by_label("drives").fill("9000")
     card.get_by_role("button", name=re.compile("^Run")).click()
-    expect(here.find(".run-going").get_by_role("progressbar")).to_be_visible()
+    expect(here.find(".run-going").get_by_role("progressbar")).to_be_in_viewport()  # it is below the list
     bar, card_of_it = (here.find(one).bounding_box() for one in (".run-going .meter", ".run-going"))
     assert bar and card_of_it and card_of_it["y"] <= bar["y"] <= card_of_it["y"] + card_of_it["height"]
     expect(card.get_by_role("button", name=re.compile("^Run"))).to_be_disabled()

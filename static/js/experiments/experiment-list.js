@@ -96,7 +96,7 @@ class ExperimentList extends PagePanel {
     price();
     onSubmit(
       form,
-      () => void this.model.begin({ experiment: one.name, runs: count.valueAsNumber, seed: seed.valueAsNumber }),
+      () => void this.#begin({ experiment: one.name, runs: count.valueAsNumber, seed: seed.valueAsNumber }),
     );
     const about = make(
       "details.experiment-about",
@@ -111,6 +111,12 @@ class ExperimentList extends PagePanel {
     for (const [n, cell] of [cost, chapter, last].entries()) mark(cell, "data-head", HEADS[n + 1] ?? "");
     this.#starts.set(one.name, { button, last });
     return row;
+  }
+
+  /** On a narrow page the run goes on below the list. @param {object} request */
+  async #begin(request) {
+    await this.model.begin(request);
+    document.querySelector("experiment-result .page-card")?.scrollIntoView({ block: "nearest" });
   }
 }
 
