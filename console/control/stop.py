@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from console.access.logins import Person
+from console.control.command_freshness import EARS
 from console.control.history import History
 from console.control.lease import Lease
 from console.control.notices import Notifications
@@ -65,7 +66,8 @@ class StopController:
     def stop(self, who: Person, source: str, press: int = 0) -> None:
         """Everything cancelled, zero speed, always. A press that comes by a second way is recorded once."""
         self._setpoint_sender.stop()
-        self._cancel("cancelled", Statement("stop.stopped_by", name=who.name), who)
+        why = Statement("stop.heard") if source == EARS else Statement("stop.stopped_by", name=who.name)
+        self._cancel("cancelled", why, who)
         if self._is_recorded(who, press):
             self._history.add("stop", who, source=source)
 
