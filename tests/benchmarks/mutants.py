@@ -199,11 +199,7 @@ CHANGES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ),
     ),
     STOP_FILE: (
-        (
-            "stop: what waits goes on",
-            '        self._cancel("cancelled", Statement("stop.stopped_by", name=who.name), who)\n',
-            "",
-        ),
+        ("stop: what waits goes on", '        self._cancel("cancelled", why, who)\n', ""),
         (
             "stop: anybody lifts a halt",
             '        if not who.may("operator"):\n'

@@ -295,7 +295,9 @@ def test_a_voice_that_pauses_stops_whatever_moves_the_robot(
     assert said(live, "pause") == ""
     entry = live.until(lambda: (one := live.runtime.history.find(typed.json["id"])).state != "running" and one)
     assert entry.state == "cancelled"
-    assert entry.remark == "The robot heard “stop” in the room, or a word like it. If nobody said it, send it on again."
+    assert (
+        entry.remark == "The robot heard “stop” in the room, or a word like it. If nobody said it, send it on again."
+    )
     live.until(lambda: live.robot.status().v == 0.0)
 
 
