@@ -165,8 +165,12 @@ class CommandStatus extends Panel {
     this.#left.hidden = left.length === 0 || !command;
     if (left.length) write(this.#left, t("command-status.join_to_go", { join: left.join(", ") }));
     if (command) this.#progress.set(command.progress ?? 0);
-    const line = this.#log.line(view, now, state?.ears?.starting ? { ...READY, remark: GETTING_READY } : READY);
-    if (state?.pending_command && line.state === "refused") return this.#leave(); // what follows it is asked about now
+    const ready = state?.ears?.starting ? { ...READY, remark: GETTING_READY } : READY;
+    let line = this.#log.line(view, now, ready);
+    if (state?.pending_command && line.state === "refused") {
+      this.#log.dismiss(); // what follows it is asked about now
+      line = this.#log.line(view, now, ready);
+    }
     const offered = (line.room && state?.ears?.suggested_commands) || line.suggestions;
     const refused = line.state === "" || line.state === "refused";
     const late = line.state === "refused" ? (state?.late_command ?? null) : null;
