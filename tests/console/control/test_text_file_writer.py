@@ -22,6 +22,7 @@ from core.commands import VOCABULARY
 from core.errors import BadInput, Unwritable
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.understanding.grammar import Refusal, understand
+from tests.console.live import until
 from tests.core.speech.ears import sure
 
 
@@ -81,10 +82,7 @@ def test_the_console_writes_what_was_accepted(tmp_path: Path) -> None:
         for decision in (replace(sure("turn right"), verdict="confirm"), sure("follow me")):
             utterance = RecognizedUtterance(begin=0.0, end=1.0, decision=decision)
             files.heard(SpokenOutcome(utterance, Spoken(now - 1.0, now)), voice)
-        for _ in range(100):
-            if (tmp_path / SPEECH).exists():
-                break
-            await asyncio.sleep(0.01)
+        await until(lambda: (tmp_path / SPEECH).exists() and (tmp_path / SOURCE).exists())
         task.cancel()
 
     asyncio.run(write())

@@ -315,11 +315,13 @@ def test_a_late_answer_to_an_older_halt_is_none_to_a_newer_one(tmp_path: Path) -
 def test_a_halt_that_is_reset_while_it_is_written_is_not_on_the_disk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    slow = threading.Event()
+    begun, go_on, done = threading.Event(), threading.Event(), threading.Event()
 
     def slowly(path: Path, content: bytes) -> None:
-        slow.wait(0.3)
+        begun.set()
+        assert go_on.wait(10)
         write_atomic(path, content)
+        done.set()
 
     async def work() -> None:
         fleet = RouterAlone(tmp_path)
@@ -327,9 +329,12 @@ def test_a_halt_that_is_reset_while_it_is_written_is_not_on_the_disk(
         assert (tmp_path / HALT_FILE).is_file()
         monkeypatch.setattr("console.fleet.router.write_atomic", slowly)
         fleet.answer(stop)
-        await asyncio.sleep(0.05)  # its writing has begun
-        await fleet.router.reset_halt()
-        await asyncio.sleep(0.5)
+        await until(begun.is_set)
+        resetting = asyncio.create_task(fleet.router.reset_halt())
+        await asyncio.sleep(0.05)
+        go_on.set()
+        await resetting
+        await until(done.is_set)
         assert not (tmp_path / HALT_FILE).exists()
 
     run(work())

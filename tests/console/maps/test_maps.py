@@ -7,12 +7,12 @@ import json
 import math
 import threading
 import zipfile
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Coroutine
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
@@ -42,6 +42,7 @@ from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import MapStatus, SubmapView
 from core.slam.motion import Increment
 from core.snapshot import Snapshot
+from tests.console.live import until
 
 
 def named(name: str, saved: float = 100.0) -> MapInfo:
@@ -254,6 +255,16 @@ def seen() -> tuple[Profile, list[SensorFrame]]:
     return robot.profile, frames
 
 
+class Turns(asyncio.Lock):
+    """A lock that tells how often it was asked for."""
+
+    asked = 0
+
+    async def acquire(self) -> Literal[True]:
+        self.asked += 1
+        return await super().acquire()
+
+
 class InUse:
     """The maps of a console without its page, on a robot that has looked around."""
 
@@ -264,6 +275,7 @@ class InUse:
         link: Any = SimpleNamespace(profile=profile)
         dispatcher: Any = SimpleNamespace(pilot=self.pilot, cancel=lambda *_: None)
         self.maps = MapService(home, Settings(), link, dispatcher, Lease(), history)
+        self.maps._turn = self.turns = Turns()
         self.store = MapStore(home / "maps")
         self.look()
 
@@ -279,6 +291,12 @@ class InUse:
             frame = replace(frame, stamp=frame.stamp + 0.1)
             self.maps.on_snapshot(await asyncio.to_thread(self.pilot.step, frame), frame)
             await asyncio.sleep(0.01)
+
+    async def in_line(self, change: Coroutine[Any, Any, Any]) -> asyncio.Task[Any]:
+        """Begin this, which is to change the map in use, and go on as soon as it has asked for its turn."""
+        asked, task = self.turns.asked, asyncio.create_task(change)
+        await until(lambda: self.turns.asked > asked)
+        return task
 
     async def autosave(self) -> None:
         self.maps._unsaved = True  # it drove
@@ -397,13 +415,10 @@ def test_a_map_that_is_loaded_while_another_is_written_keeps_its_own_name(
             keep(card, write, replace=replace)
 
         monkeypatch.setattr(maps._store, "keep", slowly)
-        saving = asyncio.create_task(maps.save("office", ITSELF, replace=False))
-        await asyncio.sleep(0.05)
-        loading = asyncio.create_task(maps.load("lab", ITSELF))
-        await asyncio.sleep(0.2)
+        saving = await console.in_line(maps.save("office", ITSELF, replace=False))
+        loading = await console.in_line(maps.load("lab", ITSELF))
         assert not loading.done()
-        late = asyncio.create_task(maps.save("yard", ITSELF, replace=False))
-        await asyncio.sleep(0.05)
+        late = await console.in_line(maps.save("yard", ITSELF, replace=False))
         written.set()
         await asyncio.gather(saving, loading)
         assert (maps.shown.name, maps.frame) == ("lab", lab[1])
@@ -423,11 +438,10 @@ def test_a_map_that_is_renamed_before_it_is_written_again_is_written_under_its_n
         await maps.save("lab", ITSELF, replace=False)
         maps._redrawn = True
         async with maps._turn:
-            doing = [asyncio.create_task(maps.rename("lab", "shop", ITSELF))]
-            await asyncio.sleep(0.2)
-            doing += [asyncio.create_task(maps._keep_redrawn()), asyncio.create_task(console.mark(places=DESK_MARKS))]
-            await asyncio.sleep(0.05)
-        await asyncio.gather(*doing)
+            renaming = await console.in_line(maps.rename("lab", "shop", ITSELF))
+            drawing = await console.in_line(maps._keep_redrawn())
+            marking = await console.in_line(console.mark(places=DESK_MARKS))
+        await asyncio.gather(renaming, drawing, marking)
         assert [kept.card.name for kept in console.store.all()] == ["shop"]
         assert console.kept("shop")[2].places == DESK_MARKS
 
