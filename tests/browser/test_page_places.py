@@ -141,6 +141,29 @@ def test_a_zone_is_drawn_on_the_map(visit: Open, console: Running, hand: str) ->
     shown(here, f"zone-drawn-by-{hand}")
 
 
+@pytest.mark.parametrize("size", [PHONE, (360, 640), (844, 390)])
+def test_every_corner_of_a_phones_map_can_be_one_of_a_zone(visit: Open, size: tuple[int, int]) -> None:
+    here = visit(size=size)
+    flat(here)
+    here.button("Draw a zone").click()
+    here.laid_out()
+    box = here.find(".over").bounding_box()
+    assert box is not None
+    tools, switch = (here.find(part).bounding_box() for part in (".flat-tools", "map-switch"))
+    assert tools is not None and switch is not None
+    assert tools["y"] + tools["height"] <= box["y"] + box["height"], "the tools end where the map does"
+    free = min(tools["x"], switch["x"]) - box["x"]
+    for across, down in ((0.02, 0.02), (0.95, 0.02), (0.95, 0.98), (0.5, 0.98), (0.02, 0.98)):
+        x, y = box["x"] + across * free, box["y"] + down * box["height"]
+        here.page.touchscreen.tap(x, y) if size[0] < 600 else here.page.mouse.click(x, y)
+    expect(here.find(".flat-mode-bar")).to_contain_text("Corners: 5")
+    shown(here, f"zone-at-{size[0]}")
+    here.button("Undo corner").click()
+    expect(here.find(".flat-mode-bar")).to_contain_text("Corners: 4")
+    here.button("Cancel").click()
+    expect(here.find(".flat-mode-bar")).to_be_hidden()
+
+
 def build_stops(card: Locator) -> None:
     """Desk and sofa: chosen from the list, dragged into their order, and moved by their buttons."""
     card.get_by_label("Add a stop…").select_option("sofa")

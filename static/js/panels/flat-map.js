@@ -4,7 +4,7 @@ import * as maps from "../net/maps-api.js";
 import { marksOf, wordsTo } from "../net/marks-api.js";
 import { CanvasHand, stepped } from "../ui/canvas-hand.js";
 import { watchClearArea, watchLowerEdge } from "../ui/clear-area.js";
-import { iconButton, make, mark, write } from "../ui/element.js";
+import { action, iconButton, make, mark, write } from "../ui/element.js";
 import { apart, drawFlat, drawMoving, PIN_PX } from "../ui/flat-drawing.js";
 import { FlatGround } from "../ui/flat-ground.js";
 import { FloorView, seenFrom } from "../ui/floor-view.js";
@@ -82,18 +82,15 @@ class FlatMap extends Panel {
   #fit = tool("whole", t("flat-map.whole_map"), () => this.#look("whole"));
   /** @type {Map<Mode, HTMLButtonElement>} */
   #modes = new Map(MODES.map(([mode, drawing, says]) => [mode, tool(drawing, says, () => this.#switchTo(mode))]));
-  #modeWords = make("span");
+  #modeSays = make("span.flat-mode-says");
+  #modeCount = make("span");
   #zoneDone = make("button.button.primary", { onclick: () => this.#closeZone() }, t("flat-map.done"));
-  #zoneBack = make(
-    "button.button",
-    { onclick: () => this.#mark(this.#points.slice(0, -1)) },
-    t("flat-map.last_corner_away"),
-  );
+  #zoneBack = action("undo", t("flat-map.last_corner_away"), () => this.#mark(this.#points.slice(0, -1)));
   #modeLeave = make("button.button", { onclick: () => this.#switchTo("") });
   #modeBar = make(
     "div.row.flat-mode-bar",
     { role: "group", "aria-label": t("flat-map.what_a_press_does"), hidden: true },
-    this.#modeWords,
+    make("p.flat-mode-words", this.#modeSays, " ", this.#modeCount),
     this.#zoneBack,
     this.#modeLeave,
     this.#zoneDone,
@@ -427,8 +424,9 @@ class FlatMap extends Panel {
     this.#zoneDone.hidden = this.#zoneBack.hidden = !draws;
     this.#zoneDone.disabled = corners.length < 3;
     this.#zoneBack.disabled = corners.length === 0;
-    const count = draws ? ` ${t("flat-map.count_corners", { count: corners.length })}` : ""; // what is pressed next stays where it is
-    write(this.#modeWords, (MODES.find(([mode]) => mode === this.#mode)?.[3] ?? "") + count);
+    write(this.#modeSays, MODES.find(([mode]) => mode === this.#mode)?.[3] ?? "");
+    write(this.#modeCount, draws ? t("flat-map.count_corners", { count: corners.length }) : ""); // what is pressed next stays where it is
+    mark(this.#modeBar, "data-begun", corners.length > 0);
     write(this.#modeLeave, draws ? t("place-view.cancel") : t("flat-map.done"));
     this.classList.toggle("is-measuring", this.#mode !== "");
     if (this.hidden || !state || this.#canvas.clientWidth === 0) return;
