@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 
 import pytest
@@ -73,6 +74,39 @@ def test_the_pages_about_the_ears_open_on_a_phone(visit: Open, console: Running)
     expect(here.button("Listen for a clap")).to_be_enabled()
     wide = here.page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
     assert wide <= 0
+
+
+def test_what_was_measured_is_deleted_by_a_second_press_alone_and_a_demo_that_is_left_keeps_its_views(
+    visit: Open, console: Running
+) -> None:
+    here = visit()
+    here.page.goto(f"{console.url}calibrate#microphones")
+    here.button("Listen for a clap").wait_for()
+    here.page.get_by_role("button", name="Show me").click()
+    claps = here.find(".claps-list li")
+    here.until(lambda: claps.count() > 0, "one clap was heard")
+    here.page.get_by_role("button", name="Enough shown").click()
+    expect(here.button("Start again")).to_be_enabled()
+    heard = claps.count()
+    here.button("Start again").click()
+    here.button(f"Press again: claps heard so far ({heard}) are deleted").click()
+    expect(claps).to_have_count(0)
+
+    here.page.goto(f"{console.url}calibrate#new=camera")
+    here.button("Start").click()
+    here.button("Show me").click()
+    expect(here.find("views-card h2:visible")).to_have_text(re.compile(r"^[2-9] views"))
+    here.go("")
+    here.go("calibrate")
+    expect(here.find("views-card h2:visible")).to_have_text(re.compile(r"^[2-9] views"))
+    here.page.goto(f"{console.url}calibrate#new=camera")
+    here.button("Start").click()
+    expect(here.find("progress-card:visible")).to_be_visible()
+    here.page.goto(f"{console.url}calibrate")
+    rows = here.find("calibration-home .row-open")
+    expect(rows.filter(has_text=re.compile(r"Camera, [2-9] views"))).to_have_count(1)
+    for row in console.ask("api/calibration/sessions")["sessions"]:
+        console.ask(f"api/calibration/sessions/{row['id']}", method="DELETE")
 
 
 def test_words_heard_with_a_doubt_stand_in_the_box_and_can_be_pressed(visit: Open, console: Running) -> None:

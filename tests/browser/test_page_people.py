@@ -54,6 +54,10 @@ def test_someone_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> N
     loaded = "[...document.querySelectorAll('.people-strip img')].every((one) => one.naturalWidth > 0)"
     here.until(lambda: page.evaluate(loaded), "the pictures are shown")
 
+    here.button("Cancel").click()
+    expect(here.button("Press again: pictures taken so far (4) are deleted")).to_be_visible()
+    expect(pictures).to_have_count(4)
+
     expect(page.get_by_label("Who are you?")).to_have_value("Ann")
     (ann,) = console.live.ask("GET", "/api/sim/people", token=console.live.viewer).json["people"]
     assert (ann["id"], ann["x_m"], ann["y_m"]) == ("Ann", 1.0, 1.0), "she is back where she was"

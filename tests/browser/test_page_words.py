@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page, Route, WebSocketRoute, expect
 
 from tests.browser.running_console import Running
-from tests.browser.visit import PATIENCE, PHONE, Visit
+from tests.browser.visit import DESK, PATIENCE, PHONE, Visit
 
 Open = Callable[..., Visit]
 REFUSE = """() => {
@@ -86,6 +86,25 @@ def test_what_is_refused_says_why_and_offers_what_was_meant(visit: Open, console
     expect(offers).to_have_text(["turn left", "turn right"])  # the status line has gone on
     here.told(lambda: offers.last.click(), "cancelled", then=lambda: cancel.click(timeout=3000))
     assert console.newest()["words"] == "turn right"
+
+
+@pytest.mark.parametrize("size", [DESK, PHONE])
+def test_one_command_that_was_meant_is_sent_by_enter(visit: Open, console: Running, size: tuple[int, int]) -> None:
+    here = visit(size=size)
+    here.find("#words").fill("drive 0.02 metre")
+    here.page.keyboard.press("Enter")
+    here.page.keyboard.press("Enter")  # twice by mistake
+    meant = here.find("command-status .suggested button")
+    expect(meant).to_have_count(1)
+    expect(meant).to_contain_text("continue 0.02 meters")
+    expect(meant).to_have_attribute("data-enter", "")
+    assert (console.newest()["words"], console.newest()["state"]) == ("drive 0.02 metre", "refused"), "it stood"
+    expect(here.find("#words")).to_be_focused()
+    here.page.keyboard.press("Enter")
+    here.until(lambda: console.newest()["words"] == "continue 0.02 meters", "what was meant is sent")
+    assert console.newest()["source"] == "chip"
+    here.page.keyboard.press("Escape")
+    here.still()
 
 
 class LateHistory:

@@ -204,6 +204,7 @@ test("what is not to happen by accident asks once more and forgets that it asked
     /** @type {unknown} */ ({
       textContent: "Take it back",
       dataset: {},
+      querySelector: () => null,
       getAttribute: (/** @type {string} */ name) => named.get(name) ?? null,
       setAttribute: (/** @type {string} */ name, /** @type {string} */ text) => named.set(name, text),
       removeAttribute: (/** @type {string} */ name) => named.delete(name),
@@ -216,6 +217,10 @@ test("what is not to happen by accident asks once more and forgets that it asked
   assert.equal(sure(button, "Press again"), false);
   assert.equal(sure(button, "Press again"), true);
   assert.equal(button.textContent, "Take it back");
+  const words = { textContent: "Cancel" };
+  Object.assign(button, { querySelector: () => words }); // one with a drawing, which stays
+  assert.equal(sure(button, "Press again"), false);
+  assert.deepEqual([button.textContent, words.textContent], ["Take it back", "Press again"]);
   mock.timers.reset();
 });
 

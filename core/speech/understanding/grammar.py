@@ -86,7 +86,9 @@ OTHER_WORDS = {
 
 TO_SOMEWHERE = re.compile(r"(?:go to|stop at) \w")
 MOST_PLACES_OFFERED = 5
-AHEAD = re.compile(r"\b(?:ahead|advance|forwards?|straight|drive)\b")
+AHEAD = re.compile(
+    r"\b(?:ahead|advance|forwards?|straight|drive)\b|^(?:go|move|travel) (?:[0-9.]+ ?m|\S+ met(?:er|re)s?)$"
+)
 """Words of people who mean CONTINUE."""
 OTHER_LENGTHS = "cm|mm|km|(centi|milli|kilo)met(er|re)s?|feet|foot|ft|inch(es)?|yards?|miles?|steps?"
 OTHER_UNITS = "seconds?|minutes?|degrees?|percent"

@@ -248,7 +248,7 @@ class CalibrationCapture extends WizardStep {
   async #amend(counts) {
     const { calibration } = this.model;
     if (!calibration) return;
-    const { kind, source, board, id, height_m = null } = calibration;
+    const { kind, source, board, id, views, height_m = null } = calibration;
     const panel_m = board.panel_m ?? null;
     const request = { kind, source, board: { ...board, ...counts, panel_m }, height_m };
     const active = this.#source;
@@ -262,7 +262,7 @@ class CalibrationCapture extends WizardStep {
     remember("board", JSON.stringify(request.board));
     this.#again = { id: begun.id, files: active instanceof Uploads ? active.files : [] };
     this.model.go({ at: "capture", id: begun.id });
-    await this.model.tried(() => api.forget(id));
+    if (!views.length) await this.model.tried(() => api.forget(id)); // what was counted stays in the list
   }
 
   async #takeOne() {

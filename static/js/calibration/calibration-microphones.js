@@ -4,6 +4,7 @@
 import { action, iconButton, isNew, make, mark, svg, write } from "../ui/element.js";
 import { degrees } from "../ui/format.js";
 import { meter } from "../ui/meter.js";
+import { sure } from "../ui/row-question.js";
 import { inLanguage, t } from "../ui/texts.js";
 import * as api from "./microphones-api.js";
 import { WizardStep } from "./wizard-step.js";
@@ -84,7 +85,7 @@ class CalibrationMicrophones extends WizardStep {
   });
   #listen = action("ears", t("calibration-microphones.listen_for_a_clap"), () => void this.#clap(false));
   #show = action("demo", t("calibration-microphones.show_me"), () => void this.#showMe());
-  #again = action("undo", t("calibration-microphones.start_again"), () => void this.#tried(() => api.perform("again")));
+  #again = action("undo", t("calibration-microphones.start_again"), () => this.#startAgain());
   #claps = make("ol.claps-list", { "aria-label": t("calibration-microphones.claps") });
   #found = make("p.claps-found");
   #remark = make("p.note");
@@ -221,6 +222,12 @@ class CalibrationMicrophones extends WizardStep {
       ),
       this.model.may && away,
     );
+  }
+
+  #startAgain() {
+    const { length: count } = this.#calibration?.claps ?? [];
+    if (count === 0 || sure(this.#again, t("calibration-microphones.press_again_to_delete_claps", { count })))
+      void this.#tried(() => api.perform("again"));
   }
 
   /** @param {boolean} show */

@@ -123,6 +123,12 @@ export class CommandLine extends Panel {
       this.#accept(chosen);
       if (!chosen.complete) return;
     }
+    /** @type {HTMLElement | null} */
+    const meant = document.querySelector("command-status [data-enter]");
+    if (!this.#box.value && meant?.checkVisibility({ checkVisibilityCSS: true })) {
+      meant.click();
+      return;
+    }
     const text = this.#box.value.replace(/^[\s/]+/, "").trim(); // "/" leads here, and may be typed once more
     if (!text || this.#send.disabled) return;
     this.#recall.add(text);
@@ -137,6 +143,7 @@ export class CommandLine extends Panel {
   #key(event) {
     const back = event.key === "ArrowUp";
     if (event.key === "Escape") this.#box.blur(); // keys drive again
+    if (event.key === "Enter" && event.repeat) event.preventDefault(); // a key that is held sends once
     if (!back && event.key !== "ArrowDown") return;
     event.preventDefault();
     const recalling = this.#recall.walking || (back && this.#box.value === "");

@@ -87,6 +87,7 @@ const READY = {
   suggestions: [],
 };
 const OFFERED = 3;
+const ENTER_MS = 500; // a key that was pressed twice by mistake, or is held, sends nothing
 const STAYS = ["refused", "failed"]; // for a while; who has read it dismisses it
 /** Codes of refusals that say themselves what the offered commands are. */
 const OFFERING = ["words.unknown", "words.unknown_like", "words.did_you_mean", "places.other", "places.others"];
@@ -265,8 +266,19 @@ class CommandStatus extends Panel {
     else
       this.#suggestions.replaceChildren(
         ...(OFFERING.includes(line.code ?? "") ? [] : [make("span.note", t("command-status.did_you_mean"))]),
-        ...suggestions.map((text) => make("button.chip", { onclick: () => void this.session.say(text, "chip") }, text)),
+        ...suggestions.map((text) => this.#suggestion(text, line.state === "refused" && suggestions.length === 1)),
       );
+  }
+
+  /** @param {string} text @param {boolean} only what Enter sends while nothing is typed: see command-line */
+  #suggestion(text, only) {
+    const look = only ? "button.button.primary" : "button.chip";
+    const button = make(look, { onclick: () => void this.session.say(text, "chip") }, text);
+    if (only) {
+      button.setAttribute("aria-keyshortcuts", "Enter");
+      setTimeout(() => mark(button, "data-enter", true), ENTER_MS);
+    }
+    return button;
   }
 
   /** In an empty simulated room: someone to come to. */

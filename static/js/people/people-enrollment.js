@@ -4,6 +4,7 @@ import { action, icon, iconButton, isNew, make, mark, nameField, onSubmit, say, 
 import { takeDrops } from "../ui/file-drop.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { PagePanel } from "../ui/panel.js";
+import { sure } from "../ui/row-question.js";
 import { inLanguage, t } from "../ui/texts.js";
 import { PeopleStage, prepared, sketched } from "./people-stage.js";
 
@@ -120,6 +121,8 @@ class PeopleEnrollment extends PagePanel {
     this.#files.addEventListener("change", () => void this.#upload(this.#files.files ?? []));
     this.#cancel.addEventListener("click", () => {
       this.#stop();
+      const { length: count } = this.model.enrollment?.pictures ?? [];
+      if (count > 0 && !sure(this.#cancel, t("people-enrollment.press_again_to_delete_pictures", { count }))) return;
       void this.model.cancel();
     });
     onSubmit(this.#naming, () => void this.#finish());

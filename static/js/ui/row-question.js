@@ -44,8 +44,11 @@ export function confirmIn(row, sentence, does, act, stay = () => row.querySelect
 
 const ASKS_MS = 6000; // then the button returns to its first label
 
+/** @param {HTMLButtonElement} button of words, or of a drawing and words */
+const wordsOf = (button) => button.querySelector("span") ?? button;
+
 /**
- * @param {HTMLButtonElement} button of words alone
+ * @param {HTMLButtonElement} button of words, or of a drawing and words
  * @param {string} question what a second press will do
  * @returns {boolean} true on the second press
  */
@@ -55,18 +58,18 @@ export function sure(button, question) {
     settle(button, asked);
     return true;
   }
-  const words = button.textContent ?? "";
+  const words = wordsOf(button).textContent ?? "";
   button.dataset["asks"] = words;
   button.dataset["name"] = button.getAttribute("aria-label") ?? "";
   button.removeAttribute("aria-label");
-  write(button, question);
+  write(wordsOf(button), question);
   setTimeout(() => button.dataset["asks"] === words && settle(button, words), ASKS_MS);
   return false;
 }
 
 /** @param {HTMLButtonElement} button @param {string} words */
 function settle(button, words) {
-  write(button, words);
+  write(wordsOf(button), words);
   if (button.dataset["name"]) button.setAttribute("aria-label", button.dataset["name"]);
   delete button.dataset["asks"];
   delete button.dataset["name"];

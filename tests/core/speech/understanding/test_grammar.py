@@ -630,6 +630,9 @@ def test_what_people_really_said_never_moves_the_robot(shared_data: Path) -> Non
         ("forward", "continue 1.5 meters"),
         ("go forward two and a half", "continue 2.5 meters"),
         ("drive 2 cm", "continue 0.02 meters"),
+        ("go 1 meter", "continue 1 meters"),
+        ("move 2 m", "continue 2 meters"),
+        ("go one metre", "continue 1 meters"),
     ],
 )
 def test_who_says_forward_is_offered_continue(words: str, offered: str) -> None:
