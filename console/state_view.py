@@ -316,6 +316,7 @@ def pending_command(
         begins_in_s=round(max(0.0, waiting.when.begins - now), DECIMAL_DIGITS),
         delay_s=waiting.delay,
         target=spec_of(command.name).target,
+        confidence=round(waiting.decision.confidence, 3),
         uncertain=waiting.decision.verdict == "confirm",
         alternatives=[one.heard_as for one in waiting.decision.alternatives],
         way=[(round(x, DECIMAL_DIGITS), round(y, DECIMAL_DIGITS)) for x, y in seen.path.tolist()],

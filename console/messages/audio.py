@@ -56,6 +56,7 @@ class Transcript(Struct, tag_field="kind", tag="transcript"):
     heard_as: str  # the command as it was understood, with its numbers; "" when refused
     reason: str  # a sentence; "" when accepted
     suggestions: list[str]
+    confidence: float  # 0 to 1 that the words are right
     seconds: float  # of speech
     delay_s: float  # from the end of the sound that it needed to this message
     entry: int | None = None  # its row in the history

@@ -98,6 +98,7 @@ class PendingCommandState(CommandPayload):
     begins_in_s: float
     delay_s: float  # that it waits in all
     target: Target
+    confidence: float  # 0 to 1 that the words are right
     uncertain: bool  # a number in it may have been another: the decision was to confirm it
     alternatives: list[str]  # the commands that it may have been, the likeliest first
     way: list[tuple[float, float]]  # in the world frame; a straight line or an arc, not a plan

@@ -87,6 +87,7 @@ class SpokenOutcome:
             heard_as="" if command is None else command.heard_as,
             reason=self.reason,
             suggestions=list(decision.did_you_mean),
+            confidence=round(decision.confidence, 3),
             seconds=round(utterance.end - utterance.begin, 2),
             delay_s=round(delay, 3),
             entry=self.entry,

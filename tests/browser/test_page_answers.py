@@ -24,6 +24,7 @@ DOUBTED = {
     "heard_as": "",
     "reason": "I am not sure that I heard every word right. I heard “turn left”; say it again.",
     "suggestions": ["turn left"],
+    "confidence": 0.61,
     "seconds": 0.8,
     "delay_s": 0.1,
 }
@@ -139,6 +140,7 @@ def test_words_heard_with_a_doubt_stand_in_the_box_and_can_be_pressed(visit: Ope
     expect(here.find("command-status")).to_contain_text("Listening", timeout=LONG)
     here.page.keyboard.up("v")
     expect(here.find("#words")).to_have_value("turn left")
+    expect(here.find(".transcript").first).to_contain_text("61 % certain")
     suggestions = here.find("command-status").get_by_role("group", name="Did you mean").get_by_role("button")
     expect(suggestions).to_have_text("turn left")
     suggestions.click()

@@ -26,6 +26,7 @@ const INTENT = {
   begins_in_s: 1.44,
   delay_s: 2,
   target: /** @type {const} */ ("none"),
+  confidence: 0.934,
   uncertain: false,
   alternatives: [],
   way: [
@@ -63,14 +64,14 @@ test("who is called is told with a bearing and its doubt, or that it is not know
 });
 
 test("a number that may be another is told first", () => {
-  assert.match(facts(INTENT, STATE.pose), /^Straight ahead.* · Spoken by Ada$/);
+  assert.match(facts(INTENT, STATE.pose), /^93 % certain · Straight ahead.* · Spoken by Ada$/);
   assert.match(
     facts({ ...INTENT, uncertain: true }, STATE.pose),
-    /^Heard with low confidence: check the numbers · Straight/,
+    /^Heard with low confidence: check the numbers · 93 % certain · Straight/,
   );
   assert.match(
     facts({ ...INTENT, uncertain: true, alternatives: ["continue 2.9 meters", "continue 2 meters"] }, STATE.pose),
-    /check the numbers\. Did you mean “continue 2\.9 meters”\? · Straight/,
+    /check the numbers\. Did you mean “continue 2\.9 meters”\? · 93 % certain/,
   );
   assert.doesNotMatch(facts({ ...INTENT, alternatives: ["continue 2.9 meters"] }, STATE.pose), /Did you mean/);
 });

@@ -10,7 +10,7 @@ const row = {
   ...{ who: "me", role: "operator", ...unset },
 };
 const heard = {
-  ...{ kind: /** @type {const} */ ("transcript"), id: 1, suggestions: [], seconds: 1, delay_s: 0 },
+  ...{ kind: /** @type {const} */ ("transcript"), id: 1, suggestions: [], seconds: 1, confidence: 0.9, delay_s: 0 },
   ...{ entry: null, pending_command: null, ...unset },
 };
 

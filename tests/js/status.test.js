@@ -54,7 +54,7 @@ const said = (text, ok, at, more = {}) => ({
 /** @type {import("../../static/js/voice/audio-socket.js").Transcript} */
 const REFUSED = {
   ...{ kind: "transcript", id: 1, words: "start", final: true, accepted: false, heard_as: "" },
-  ...{ reason: "I am not sure.", suggestions: ["start"], seconds: 1, delay_s: 0.1 },
+  ...{ reason: "I am not sure.", suggestions: ["start"], seconds: 1, confidence: 0.9, delay_s: 0.1 },
   ...{ entry: null, pending_command: null, code: null, values: null },
 };
 

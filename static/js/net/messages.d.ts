@@ -467,6 +467,7 @@ export interface PendingCommandState {
   begins_in_s: number;
   delay_s: number;
   target: "none" | "place" | "person";
+  confidence: number;
   uncertain: boolean;
   alternatives: string[];
   way: [number, number][];
@@ -707,6 +708,7 @@ export interface Transcript {
   heard_as: string;
   reason: string;
   suggestions: string[];
+  confidence: number;
   seconds: number;
   delay_s: number;
   entry: number | null;

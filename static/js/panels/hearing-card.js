@@ -6,6 +6,7 @@ import * as api from "../net/api.js";
 import { cardHead, icon, make, mark, svg, write } from "../ui/element.js";
 import { degrees, inWords } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { certainty } from "../ui/pending-command.js";
 import { PeopleNear } from "../ui/people-near.js";
 import { inLanguage, t } from "../ui/texts.js";
 
@@ -207,7 +208,7 @@ class HearingCard extends Panel {
   }
 
   /** @param {Transcript} transcript */
-  #add({ words, accepted, heard_as, reason, final }) {
+  #add({ words, accepted, heard_as, reason, final, confidence }) {
     this.#none.hidden = true;
     const said = accepted ? heard_as : words;
     const line = make(
@@ -217,6 +218,7 @@ class HearingCard extends Panel {
       make(
         "span",
         make("span.transcript-words", said ? `“${said}”` : t("hearing-card.not_understood")),
+        said && make("span.note", ` ${certainty(confidence)}`),
         reason && make("span.note", ` ${reason}`),
         !final && make("span.note", t("hearing-card.before_the_sentence_was_over")),
       ),

@@ -2,7 +2,7 @@
 
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
-import { begun, countdown, facts, left, mayBegin, speaker, title } from "../ui/pending-command.js";
+import { begun, certainty, countdown, facts, left, mayBegin, speaker, title } from "../ui/pending-command.js";
 import { t } from "../ui/texts.js";
 
 /** @import { PendingCommandState } from "../net/messages.js" */
@@ -33,6 +33,7 @@ class PendingCommandCard extends Panel {
   /** @type {number | null} id of the newest command that was begun; null before the first state */
   #begun = null;
   #until = 0; // [ms] that it is shown
+  #heard = { heard_as: "", confidence: 0 }; // the newest transcript of this browser
 
   /** @override */
   build() {
@@ -45,6 +46,7 @@ class PendingCommandCard extends Panel {
       make("div.pending-words", this.#title, this.#facts),
       make("div.inline.pending-ways", this.#when, this.#go, this.#cancel),
     );
+    this.session.on("transcript", (heard) => (this.#heard = heard));
     this.#go.addEventListener("click", () =>
       this.#press(this.#go, this.session.pendingCommand("begin", this.#waiting)),
     );
@@ -65,7 +67,8 @@ class PendingCommandCard extends Panel {
     }
     if (pending_command && state) this.#wait(pending_command, view);
     else if (command && performance.now() < this.#until) {
-      this.#draw(command.name, title(command), speaker(command), "begun");
+      const sure = this.#heard.heard_as === command.heard_as ? `${certainty(this.#heard.confidence)} · ` : "";
+      this.#draw(command.name, title(command), sure + speaker(command), "begun");
       write(this.#when, t("pending-command-card.begun"));
       this.#ring.style.setProperty("--left", "0");
     }

@@ -63,9 +63,20 @@ export const countdown = ({ begins_in_s }) =>
 const check = ({ uncertain, alternatives: [other] }) =>
   uncertain ? `${UNSURE}${other ? `. Did you mean “${other}”?` : ""}` : "";
 
+/** How sure it is of the words: "93 % certain". @param {number} confidence 0 to 1 */
+export const certainty = (confidence) =>
+  t("pending-command.percent_certain", { percent: Math.round(100 * confidence) });
+
 /** Summary: low confidence, goal, speaker. @param {PendingCommandState} pending_command @param {Pose} pose */
 export const facts = (pending_command, pose) =>
-  [check(pending_command), whereTo(pending_command, pose), speaker(pending_command)].filter(Boolean).join(" · ");
+  [
+    check(pending_command),
+    certainty(pending_command.confidence),
+    whereTo(pending_command, pose),
+    speaker(pending_command),
+  ]
+    .filter(Boolean)
+    .join(" · ");
 
 /** Remaining part of the confirmation delay, 1 to 0. @param {PendingCommandState} pending_command */
 export const left = ({ begins_in_s, delay_s }) => Math.min(1, Math.max(0, begins_in_s / Math.max(delay_s, 1e-3)));
