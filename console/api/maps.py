@@ -15,7 +15,7 @@ from console.access.roles import ZIP_LIMIT, needs
 from console.api import RequestBody, SavedMaps, Who, problems, router, sends_file
 from console.http.downloads import file_named, zip_named
 from console.maps.export import known_part
-from console.maps.plan import plan_pdf, plan_svg
+from console.maps.plan import LETTER_MM, plan_pdf, plan_svg
 from console.maps.store import MAX_NAME_LETTERS, MapInfo, SavedMapFacts
 from console.maps.trajectory import laid_out
 from core.message import Array
@@ -27,6 +27,7 @@ maps = router("map", 409, 429, 503, 507)
 
 Name = Annotated[str, Path(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
 MatchId = Annotated[str, Path(max_length=20)]
+LetterHeight = Annotated[float, Query(ge=2, le=30)]
 NewName = Annotated[str, Query(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
 
 
@@ -133,9 +134,12 @@ async def outline(maps: SavedMaps) -> MapOutlineRows:
 
 @maps.get("/map.svg", **sends_file("image/svg+xml"))
 @needs("viewer")
-async def svg(maps: SavedMaps) -> Response:
-    """The map as a plan to print or to draw on: SVG in millimetres of an A4 sheet, with rooms and zones."""
-    packed = await asyncio.to_thread(lambda: plan_svg(maps.plan))
+async def svg(maps: SavedMaps, letter_mm: LetterHeight = LETTER_MM) -> Response:
+    """The map as a plan to print or to draw on: SVG in millimetres of an A4 sheet, with rooms and zones.
+
+    `letter_mm`: the height of its words, larger where the sheet is shown small.
+    """
+    packed = await asyncio.to_thread(lambda: plan_svg(maps.plan, letter_mm))
     return file_named(packed, f"{maps.shown.name or 'map'}.svg", "image/svg+xml")
 
 

@@ -22,10 +22,12 @@ BAR_LENGTHS_M = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
 AXIS_MM = 8.0
 POINTS_PER_MM = 72 / 25.4
 WALL_GREY, FLOOR_GREY, TEXT_GREY, AREA_GREY, KEEP_OUT_GREY = 0.2, 0.93, 0.25, 0.5, 0.75
-LETTER_MM, LETTER_WIDTH_MM = 4.5, 2.4  # the second on average, of a sans-serif type
-LINE_MM = 1.25 * LETTER_MM  # by which lines of words are apart
+LETTER_MM = 4.5  # of the words of a printed sheet
+MAX_TITLE_MM = 6.0  # of letters beside which the title has room
+LETTER_WIDTH = 0.53  # of its height, on average, of a sans-serif type
+LINE_SPACING = 1.25  # by which lines of words are apart, in letters
 MAX_LINES_OFF = 12  # that a name stands from what it names, where others are in its way
-PLACE_RADIUS_MM = 1.0
+PLACE_RADIUS = 0.22  # in letters
 DASH_MM = "2 1.2"  # of the outline of a room or of a zone to drive slowly in
 MAX_WAY_POINTS = 3000
 WAY_COLOUR = "#0b6bcb"
@@ -56,7 +58,7 @@ class PrintedPlan:
 
 @dataclass(frozen=True)
 class PlanLayout:
-    """The place of the map on its sheet: millimetres from the lower left corner."""
+    """The place of the map on its sheet: millimetres from the lower left corner; its words are `letter_mm` high."""
 
     mm_per_m: float
     left_m: float
@@ -64,9 +66,10 @@ class PlanLayout:
     offset_x_mm: float
     offset_y_mm: float
     bar_m: float
+    letter_mm: float = LETTER_MM
 
     @classmethod
-    def of(cls, outline: MapOutline) -> PlanLayout:
+    def of(cls, outline: MapOutline, letter_mm: float = LETTER_MM) -> PlanLayout:
         """As large as the sheet allows. Raises BadInput where nothing is drawn."""
         if (extent := outline.extent) is None:
             raise BadInput("There is no wall in this map yet: drive the robot around the room first.")
@@ -75,7 +78,15 @@ class PlanLayout:
         scale = min(MAX_MM_PER_M, wide / max(right - left, 0.1), high / max(top - bottom, 0.1))
         bar = next((length for length in BAR_LENGTHS_M if length * scale >= MIN_BAR_MM), BAR_LENGTHS_M[-1])
         across, up = ((room - scale * size) / 2 for room, size in ((wide, right - left), (high, top - bottom)))
-        return cls(scale, left, bottom, MARGIN_MM + across, MARGIN_MM + FOOT_MM + up, bar)
+        return cls(scale, left, bottom, MARGIN_MM + across, MARGIN_MM + FOOT_MM + up, bar, letter_mm)
+
+    @property
+    def place_radius_mm(self) -> float:
+        return PLACE_RADIUS * self.letter_mm
+
+    def width_mm(self, words: str) -> float:
+        """About as long as words are."""
+        return LETTER_WIDTH * self.letter_mm * len(words)
 
     def ring(self, points: Array) -> list[tuple[float, float]]:
         """Points (N, 2) [m], world → on the sheet [mm], cut at its edge."""
@@ -96,31 +107,32 @@ class PlanLayout:
     def spots(self, plan: PrintedPlan) -> list[list[tuple[float, float]]]:
         """Return a small disc for each place [mm]."""
         turns = np.linspace(0, 2 * np.pi, 16, endpoint=False)
-        disc = PLACE_RADIUS_MM / self.mm_per_m * np.column_stack((np.cos(turns), np.sin(turns)))
+        disc = self.place_radius_mm / self.mm_per_m * np.column_stack((np.cos(turns), np.sin(turns)))
         return [self.ring(np.array([place.x_m, place.y_m]) + disc) for place in plan.places]
 
     def names(self, plan: PrintedPlan) -> tuple[list[tuple[float, float, str]], list[list[tuple[float, float]]]]:
         """Return the names, on no other and on no spot, with their lower left corners; lines to far ones [mm]."""
-        beside = PLACE_RADIUS_MM + 0.8
+        beside = self.place_radius_mm + 0.8
+        letter = self.letter_mm
         named = [((place.x_m, place.y_m), beside, place.name) for place in plan.places]
         for zone in plan.zones:
             name = zone.name if zone.max_speed is None else f"{zone.name}, {zone.max_speed:g} m/s"
-            named.append((zone.points.mean(axis=0), -len(name) * LETTER_WIDTH_MM / 2, name))
+            named.append((zone.points.mean(axis=0), -self.width_mm(name) / 2, name))
         boxes = [(*np.min(spot, axis=0), *np.max(spot, axis=0)) for spot in self.spots(plan)]
         names, lines = list[tuple[float, float, str]](), list[list[tuple[float, float]]]()
         for at, right, name in named:
-            ((x, y),), wide = self.ring(np.array([at])), len(name) * LETTER_WIDTH_MM
+            ((x, y),), wide = self.ring(np.array([at])), self.width_mm(name)
             tried = [
-                (left, y - LETTER_MM / 3 + off * LINE_MM)
+                (left, y - letter / 3 + off * LINE_SPACING * letter)
                 for off in sorted(range(-MAX_LINES_OFF, MAX_LINES_OFF + 1), key=abs)
                 for left in (x + right, x - beside - wide)
             ]
-            free = (one for one in tried if is_free(*one, wide, boxes))
+            free = (one for one in tried if is_free(*one, wide, letter, boxes))
             left, low = next(free, tried[0])
             names.append((left, low, name))
-            boxes.append((left, low, left + wide, low + LETTER_MM))
-            end = min(max(x, left), left + wide), min(max(y, low), low + LETTER_MM)
-            if math.dist((x, y), end) > LETTER_MM / 2:
+            boxes.append((left, low, left + wide, low + letter))
+            end = min(max(x, left), left + wide), min(max(y, low), low + letter)
+            if math.dist((x, y), end) > letter / 2:
                 lines.append([(x, y), end])
         return names, lines
 
@@ -129,25 +141,29 @@ class PlanLayout:
         names, lines = self.names(plan)
         right = PAGE_MM[0] - MARGIN_MM - 2 * AXIS_MM
         bar = MARGIN_MM + self.bar_m * self.mm_per_m + 3
+        title = [(bar + 20, MARGIN_MM, plan.title)] if self.letter_mm <= MAX_TITLE_MM else []
         return [
             (bar, MARGIN_MM, f"{self.bar_m:g} m"),
-            (bar + 20, MARGIN_MM, plan.title),
+            *title,
             (right + AXIS_MM + 1.5, MARGIN_MM - 1, "x"),
             (right - 1, MARGIN_MM + AXIS_MM + 1.5, "y"),
             *names,
         ], lines
 
 
-def is_free(left: float, low: float, wide: float, boxes: list[tuple[float, ...]]) -> bool:
+def is_free(left: float, low: float, wide: float, letter: float, boxes: list[tuple[float, ...]]) -> bool:
     """Return whether words lie on the sheet and on no box (left, low, right, high) [mm]."""
-    far, high, (width, height) = left + wide, low + LETTER_MM, PAGE_MM
+    far, high, (width, height) = left + wide, low + letter, PAGE_MM
     inside = left >= MARGIN_MM and far <= width - MARGIN_MM and MARGIN_MM + FOOT_MM <= low <= height - MARGIN_MM
     return inside and not any(x < far and left < right and y < high and low < top for x, y, right, top in boxes)
 
 
-def plan_svg(plan: PrintedPlan) -> bytes:
-    """Plan → SVG of an A4 sheet; user units are millimetres. Raises BadInput where nothing is drawn."""
-    layout = PlanLayout.of(plan.outline)
+def plan_svg(plan: PrintedPlan, letter_mm: float = LETTER_MM) -> bytes:
+    """Plan → SVG of an A4 sheet; user units are millimetres. Raises BadInput where nothing is drawn.
+
+    `letter_mm`: height of its words; a sheet that is shown small needs large ones, and has no room for its title.
+    """
+    layout = PlanLayout.of(plan.outline, letter_mm)
     wide, high = PAGE_MM
 
     def path(lines: Iterable[list[tuple[float, float]]], end: str = "") -> str:
@@ -171,7 +187,8 @@ def plan_svg(plan: PrintedPlan) -> bytes:
         f'<path fill="none" stroke="{WAY_COLOUR}" stroke-width="0.6" d="{path([layout.ring(line)])}"/>'
         f'<path fill="none" stroke="{grey(TEXT_GREY)}" stroke-width="0.4" d="{path(strokes)}"/>'
         f'<path fill="{grey(TEXT_GREY)}" d="{path(layout.spots(plan), "Z")}"/>'
-        f'<g fill="{grey(TEXT_GREY)}" font-family="Helvetica, Arial, sans-serif" font-size="{LETTER_MM}">{texts}</g>'
+        f'<g fill="{grey(TEXT_GREY)}" font-family="Helvetica, Arial, sans-serif" '
+        f'font-size="{letter_mm:g}">{texts}</g>'
     )
     size = f'width="{wide:g}mm" height="{high:g}mm" viewBox="0 0 {wide:g} {high:g}"'
     head = f'<svg xmlns="http://www.w3.org/2000/svg" {size}>'

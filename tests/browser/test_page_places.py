@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import urllib.parse
 from collections.abc import Callable, Iterator
 
@@ -10,7 +11,7 @@ import pytest
 from playwright.sync_api import Locator, Route, expect
 
 from tests.browser.running_console import Running
-from tests.browser.visit import PHONE, Visit
+from tests.browser.visit import DESK, PHONE, Visit
 
 Open = Callable[..., Visit]
 
@@ -183,6 +184,22 @@ def test_names_of_places_that_are_close_are_all_written(visit: Open, console: Ru
     here = visit(before=lambda page: page.add_init_script(WRITTEN))
     flat(here)
     here.until(lambda: set(names) <= set(here.page.evaluate("[...written]")), "each name is on the map")
+
+
+@pytest.mark.parametrize("size", [DESK, PHONE])
+def test_the_names_on_the_plan_of_the_maps_page_can_be_read(
+    visit: Open, console: Running, size: tuple[int, int]
+) -> None:
+    for name, x in (("kitchen", 0.8), ("desk", 0.9)):
+        console.ask("api/places", {"name": name, "x_m": x, "y_m": 0.3})
+    here = visit(size=size, at="maps")
+    sheet = here.find(".maps-page .map-sheet")
+    here.until(lambda: sheet.evaluate("one => one.naturalWidth > 0 && one.clientWidth > 0"), "the plan is there")
+    drawn = here.page.request.get(str(sheet.evaluate("one => one.src"))).text()
+    scale = sheet.evaluate("one => one.clientWidth") / 297
+    assert "kitchen" in drawn and "desk" in drawn
+    assert float(re.findall(r'font-size="([\d.]+)"', drawn)[0]) * scale >= 13
+    shown(here, f"plan-{size[0]}")
 
 
 WRITTEN = """

@@ -26,6 +26,8 @@ const FILES = /** @type {const} */ ([
   ["api/trajectory.tum", t("map-card.trajectory"), "TUM"],
 ]);
 
+const [SHEET_MM, LETTER_PX] = [297, 13.5]; // width of the plan; height of its words as they are shown
+
 class MapCard extends Panel {
   #now = make("p.map-now");
   #name = nameField(t("map-card.name_of_this_map"));
@@ -39,6 +41,7 @@ class MapCard extends Panel {
   /** @type {SavedMap[]} */
   #maps = [];
   #revision = -1;
+  #letter = 0; // [mm] of the plan's words
   /** @type {string | null} */
   #current = null;
   #operates = false;
@@ -81,6 +84,10 @@ class MapCard extends Panel {
     );
     for (const event of ["load", "error"])
       this.#sheet.addEventListener(event, () => (this.#sheet.hidden = event === "error")); // nothing is known yet
+    new ResizeObserver(() => {
+      const { clientWidth: wide } = this.#sheet;
+      if (wide && this.#letter && this.#letter * wide < LETTER_PX * SHEET_MM) this.#readSheet();
+    }).observe(this.#sheet);
     onSubmit(this.#form, () => void this.#keep());
     this.#name.addEventListener("input", () => this.#trouble.say(""));
     this.session.on("hello", () => (this.#revision = -1));
@@ -106,9 +113,18 @@ class MapCard extends Panel {
     this.#revision = revision;
     if (this.closest(".page")) {
       this.#sheet.hidden = false; // its room is kept before it is there: what is drawn beside it must not move
-      this.#sheet.src = address(`api/map.svg?of=${Math.round(performance.now())}`).href;
+      this.#readSheet();
     }
     void this.#fetch();
+  }
+
+  /** The plan, with letters that can be read as wide as it is shown. */
+  #readSheet() {
+    const { clientWidth: wide } = this.#sheet;
+    if (!wide) return;
+    this.#letter = Math.ceil((2 * LETTER_PX * SHEET_MM) / wide) / 2;
+    const query = new URLSearchParams({ letter_mm: String(this.#letter), of: String(Math.round(performance.now())) });
+    this.#sheet.src = address(`api/map.svg?${query}`).href;
   }
 
   /** True where the name is that of a saved map. */

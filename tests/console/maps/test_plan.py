@@ -9,16 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from console.maps.plan import (
-    LETTER_MM,
-    LETTER_WIDTH_MM,
-    MARGIN_MM,
-    PAGE_MM,
-    PlanLayout,
-    PrintedPlan,
-    plan_pdf,
-    plan_svg,
-)
+from console.maps.plan import LETTER_MM, MARGIN_MM, PAGE_MM, PlanLayout, PrintedPlan, plan_pdf, plan_svg
 from core.errors import BadInput
 from core.navigation.places import NamedPlace
 from core.navigation.zones import MapZone
@@ -66,17 +57,21 @@ def test_svg_and_pdf_hold_the_same_walls_places_and_zones() -> None:
     assert zlib.crc32(packed) == zlib.crc32(plan_pdf(plan))
 
 
+@pytest.mark.parametrize("letter_mm", [LETTER_MM, 12.0])
 @pytest.mark.parametrize("apart_m", [0.0, 0.1, 0.4])
-def test_names_of_near_places_and_zones_do_not_lie_on_each_other(apart_m: float) -> None:
+def test_names_of_near_places_and_zones_do_not_lie_on_each_other(apart_m: float, letter_mm: float) -> None:
     """Each beside what it names, or with a line to it."""
     ring = 8 * SQUARE
-    places = tuple(NamedPlace(name=f"coffee machine {n}", x_m=4 + apart_m * n, y_m=4.0) for n in range(8))
+    places = tuple(
+        NamedPlace(name=f"coffee machine {n}", x_m=4 + apart_m * n, y_m=4.0)
+        for n in range(8 if letter_mm == LETTER_MM else 4)
+    )
     zones = tuple(MapZone(name=f"glass table {n}", kind="keep_out", points=SQUARE + 3.6) for n in range(4))
-    layout = PlanLayout.of(MapOutline((ring,), (ring,)))
+    layout = PlanLayout.of(MapOutline((ring,), (ring,)), letter_mm)
     names, lines = layout.names(PrintedPlan(MapOutline((ring,), (ring,)), "lab", places, zones))
-    boxes = [(x, y, x + LETTER_WIDTH_MM * len(name), y + LETTER_MM) for x, y, name in names]
+    boxes = [(x, y, x + layout.width_mm(name), y + letter_mm) for x, y, name in names]
     spots = [spot for place in places for spot in layout.ring(np.array([[place.x_m, place.y_m]]))]
-    assert len(names) == 12
+    assert len(names) == len(places) + 4
     for n, (left, low, right, high) in enumerate(boxes):
         assert left >= MARGIN_MM and right <= PAGE_MM[0] - MARGIN_MM
         assert not any(x < right and left < far and y < high and low < top for x, y, far, top in boxes[:n])
