@@ -139,6 +139,9 @@ def test_the_drive_has_its_report_there_and_a_list_that_could_not_be_read_is_rea
     here.page.unroute("**/api/recordings")
     expect(here.find("recordings-list [role=status]")).to_be_hidden(timeout=LONG)
     expect(here.find(".recording").first).to_be_visible()
+    here.page.set_viewport_size({"width": 1920, "height": 1080})
+    boxes = [box for row in here.find(".recording").all() if (box := row.bounding_box())]
+    assert len(boxes) >= 2 and boxes[0]["y"] == boxes[1]["y"] and boxes[1]["x"] > boxes[0]["x"], "a gallery"
     report = here.page.get_by_role("link", name="Drive report")
     assert "commands" in here.page.request.get(report.get_attribute("href") or "").text().lower()
 

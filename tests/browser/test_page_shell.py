@@ -172,6 +172,34 @@ def test_on_the_narrowest_page_no_name_of_an_experiment_meets_its_button(visit: 
     assert gaps and min(gaps) >= 8, gaps
 
 
+@pytest.mark.parametrize("size", [(1920, 1080), PHONE])
+def test_what_the_chapter_has_stands_beside_what_was_found_here(visit: Open, size: tuple[int, int]) -> None:
+    """One figure and its run, as the console would say it; on a wide page also before anything was run."""
+
+    def with_a_run(route: Route) -> None:
+        answer = route.fetch()
+        told = answer.json()
+        figure = {"name": "EKF-SLAM, worst average error", "unit": "m", "chapter": 0.08, "ours": 0.039}
+        run = {"id": "a", "experiment": "dead-reckoning-vs-slam", "title": "Figure 16", "who": "Ada", "at_s": 1e9}
+        run |= {"runs": 5, "seed": 0, "state": "done", "doing": "", "reason": "", "progress": 1.0, "took_s": 1.0}
+        route.fulfill(response=answer, json=told | {"runs": [run | {"compared": [figure], "text": "", "files": []}]})
+
+    here = visit(size=size, at="experiments")
+    table = here.page.get_by_role("region", name="The chapter's figures")
+    expect(table).to_contain_text("EKF-SLAM, worst average error", timeout=1000 * PATIENCE)
+    assert table.locator("tr").count() > 10
+    if size != PHONE:
+        box = table.bounding_box()
+        assert box and box["x"] > size[0] / 2 and box["y"] < size[1] / 2, "the right half is not empty"
+    here.page.route("**/api/experiments", with_a_run)
+    here.page.reload()
+    row = table.locator("tr").filter(has_text="EKF-SLAM, worst average error")
+    expect(row.locator("td")).to_have_text(["0.080 m", "0.039 m"])
+    cells = here.find('[data-experiment="dead-reckoning-vs-slam"] td')
+    tops = [round(one["y"]) for n in (1, 2) if (one := cells.nth(n).bounding_box())]
+    assert len(tops) == 2 and tops[0] == tops[1], "beside each other in the list, too"
+
+
 def test_experiments_are_listed_and_one_is_cancelled(visit: Open, console: Running) -> None:
     here = visit(size=(820, 700), at="experiments")
     card = here.find('[data-experiment="dead-reckoning-vs-slam"]')

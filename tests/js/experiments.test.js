@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { doingOf, shortestFirst } from "../../static/js/experiments/runs-model.js";
+import { besideChapter, doingOf, shortestFirst } from "../../static/js/experiments/runs-model.js";
 
 /** @param {string} name @param {number} base_s @param {number} run_s @param {number} runs */
 const one = (name, base_s, run_s, runs) => ({
@@ -15,6 +15,20 @@ test("what takes least stands first, and what nobody knows the time of stands la
     ["short", "long", "unknown"],
   );
   assert.equal(shortestFirst(null), null);
+});
+
+test("every figure of the chapter stands beside that of the newest run that has one", () => {
+  const chapter = [{ name: "worst", unit: "m", value: 0.2, ours: "worst_m" }];
+  const experiments = [one("without", 0, 1, 1), { ...one("figure", 0, 1, 1), chapter }];
+  /** @param {number | null} ours @param {string} [experiment] */
+  const run = (ours, experiment = "figure") =>
+    /** @type {import("../../static/js/net/rest.js").ExperimentRunState} */ (
+      /** @type {unknown} */ ({ experiment, compared: [{ name: "worst", unit: "m", chapter: 0.2, ours }] })
+    );
+  const rows = (/** @type {number | null} */ ours) => [{ name: "worst", unit: "m", chapter: 0.2, ours }];
+  assert.deepEqual(besideChapter(experiments, []), [{ title: "figure", rows: rows(null) }]);
+  const runs = [run(null), run(0.3, "without"), run(0.27), run(0.1)];
+  assert.deepEqual(besideChapter(experiments, runs), [{ title: "figure", rows: rows(0.27) }]);
 });
 
 test("what a run does is told by its own count and its own estimate, and what is no count as it came", () => {

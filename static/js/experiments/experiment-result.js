@@ -7,7 +7,7 @@ import { day, timeOfDay } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
 import { RunList, RunProgress } from "../ui/run-parts.js";
 import { t } from "../ui/texts.js";
-import { doingOf, figure, fileOf, inWords } from "./runs-model.js";
+import { besideChapter, doingOf, figure, fileOf, inWords } from "./runs-model.js";
 
 /** @import { ExperimentRunState as ExperimentRun } from "../net/rest.js" */
 /** @import { ExperimentRuns } from "./runs-model.js" */
@@ -38,6 +38,12 @@ class ExperimentResult extends PagePanel {
   #about = make("p.note", NOTHING);
   #going = new RunProgress(() => this.model);
   #content = make("div.stack");
+  #printed = make(
+    "section.card.page-card",
+    { "aria-label": t("experiment-result.the_chapter_s_figures"), hidden: true },
+    make("h2", t("experiment-result.the_chapter_s_figures")),
+    make("div"),
+  );
 
   /** @override */
   build() {
@@ -51,11 +57,13 @@ class ExperimentResult extends PagePanel {
         this.#content,
       ),
       make(/** @type {"div"} */ ("experiment-runs")),
+      this.#printed,
     );
   }
 
   /** @override */
   draw() {
+    this.#drawPrinted();
     const run = this.model.selected;
     const running = run?.state === "running";
     this.#going.show(run, this.model.may, running ? doingOf(run.doing) : "");
@@ -81,6 +89,12 @@ class ExperimentResult extends PagePanel {
       this.#content.replaceChildren(...(running ? [] : result(run)));
     }
   }
+
+  #drawPrinted() {
+    const groups = besideChapter(this.model.experiments ?? [], this.model.runs ?? []);
+    this.#printed.hidden = groups.length === 0;
+    if (groups.length && isNew(this.#printed, groups)) this.#printed.lastElementChild?.replaceWith(compared(groups));
+  }
 }
 
 const STATES = {
@@ -95,7 +109,7 @@ function result(run) {
   const figures = run.files.filter((one) => one.figure);
   const parts = [
     run.reason && make("p.experiment-reason", icon("warning"), run.reason),
-    run.compared.length > 0 && compared(run),
+    run.compared.length > 0 && compared([{ title: "", rows: run.compared }]),
     figures.length > 0 &&
       make(
         "div.stack.experiment-figures",
@@ -123,14 +137,17 @@ function result(run) {
   return parts.filter((part) => part instanceof Node);
 }
 
-/** @param {ExperimentRun} run */
-function compared({ compared: rows }) {
+/** @param {ReturnType<typeof besideChapter>} groups each with a title where there are several */
+function compared(groups) {
   const heads = [t("experiment-result.figure"), t("experiment-result.the_chapter"), t("experiment-result.here")].map(
     (name) => make("th", { scope: "col" }, name),
   );
-  const body = rows.map(({ name, unit, chapter, ours }) =>
-    make("tr", make("th", { scope: "row" }, name), make("td", figure(chapter, unit)), make("td", figure(ours, unit))),
-  );
+  const body = groups.flatMap(({ title, rows }) => [
+    ...(title ? [make("tr", make("th.experiment-group", { colspan: "3", scope: "rowgroup" }, title))] : []),
+    ...rows.map(({ name, unit, chapter, ours }) =>
+      make("tr", make("th", { scope: "row" }, name), make("td", figure(chapter, unit)), make("td", figure(ours, unit))),
+    ),
+  ]);
   return make(
     "div.experiment-scroll",
     { tabindex: "0", role: "group", "aria-label": t("experiment-result.beside_the_chapter_s_figures") },

@@ -73,6 +73,23 @@ export class ExperimentRuns extends RunsModel {
   }
 }
 
+/**
+ * Every figure that the chapter prints, by experiment, with that of its newest run; null where there is none.
+ * @param {readonly Experiment[]} experiments
+ * @param {readonly ExperimentRun[]} runs newest first
+ */
+export const besideChapter = (experiments, runs) =>
+  experiments
+    .filter(({ chapter }) => chapter.length > 0)
+    .map(({ name: experiment, title, chapter }) => {
+      const run = runs.find((one) => one.experiment === experiment && one.compared.some(({ ours }) => ours !== null));
+      const rows = chapter.map(({ name, unit, value }) => {
+        const ours = run?.compared.find((one) => one.name === name)?.ours ?? null;
+        return { name, unit, chapter: value, ours };
+      });
+      return { title, rows };
+    });
+
 /** A duration in words: "40 s", "about 3 min", "about 2 h". @param {number} seconds */
 export function inWords(seconds) {
   if (seconds < 90) return `${Math.max(1, Math.round(seconds))} s`;

@@ -18,7 +18,7 @@ export function create(session) {
     t("map-card.drive"),
   );
   const help = make("a.link", { href: "help#how-to/record-a-drive.md" }, t("recordings.how_to_record_a_drive"));
-  const element = make("section.card.page-card", { "aria-label": t("pages.recordings") });
+  const element = make("section.card.page-card.recordings-page", { "aria-label": t("pages.recordings") });
   element.append(
     make("div.row.recordings-head", button, report, make("span.spring"), help),
     /** @type {Node} */ (list),
