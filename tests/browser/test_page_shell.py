@@ -172,6 +172,19 @@ def test_on_the_narrowest_page_no_name_of_an_experiment_meets_its_button(visit: 
     assert gaps and min(gaps) >= 8, gaps
 
 
+def test_a_map_whose_walls_are_on_their_way_says_so(visit: Open) -> None:
+    held: list[Route] = []
+    here = visit(size=PHONE, before=lambda page: page.route("**/api/map/outline", lambda route: held.append(route)))
+    if not here.find("flat-map").is_visible():
+        here.button("Flat").click()
+    awaits = here.find("flat-map").get_by_text("Reading the map…")
+    expect(awaits).to_be_visible()
+    here.until(lambda: bool(held), "the walls are asked for")
+    expect(awaits).to_be_visible()
+    here.page.unroute("**/api/map/outline")  # lets those go on that were held
+    expect(awaits).to_be_hidden()
+
+
 @pytest.mark.parametrize("size", [(1920, 1080), PHONE])
 def test_what_the_chapter_has_stands_beside_what_was_found_here(visit: Open, size: tuple[int, int]) -> None:
     """One figure and its run, as the console would say it; on a wide page also before anything was run."""

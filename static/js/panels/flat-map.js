@@ -78,6 +78,7 @@ class FlatMap extends Panel {
   #whyWords = make("span");
   #whyAway = iconButton("close", t("notice-toasts.dismiss"), () => (this.#why.hidden = true), { look: "small" });
   #why = make("p.flat-why", { hidden: true }, this.#whyWords, this.#whyAway);
+  #awaits = make("p.flat-awaits", t("flat-map.reading_the_map"));
   #follow = tool("here", t("flat-map.follow_the_robot"), () => this.#look(this.#looks === "robot" ? "free" : "robot"));
   #fit = tool("whole", t("flat-map.whole_map"), () => this.#look("whole"));
   /** @type {Map<Mode, HTMLButtonElement>} */
@@ -139,10 +140,20 @@ class FlatMap extends Panel {
     this.#layersPanel.append(...LAYERS.map((row) => this.#switch(...row)));
     const layers = make("div.flat-layers-place", this.#layersButton, this.#layersPanel);
     this.#tools.append(this.#fit, this.#follow, ...this.#modes.values(), layers);
-    this.append(this.#canvas, this.#moving, this.#why, this.#tools, this.#modeBar, this.#text, this.#said);
+    this.append(
+      this.#canvas,
+      this.#moving,
+      this.#awaits,
+      this.#why,
+      this.#tools,
+      this.#modeBar,
+      this.#text,
+      this.#said,
+    );
     popover(this.#layersButton, this.#layersPanel);
     this.session.on("restarted", () => {
       [this.#plan, this.#scan] = [null, []]; // of a robot that stood elsewhere
+      this.#awaits.hidden = false;
       this.#motion.forget();
       this.#asked = { scan: -Infinity, plan: -Infinity, words: -Infinity };
     });
@@ -242,12 +253,11 @@ class FlatMap extends Panel {
     if (up && (now - this.#asked.plan > PLAN_MS[moves] || this.#revision !== floor.graph_revision)) {
       this.#asked.plan = now;
       this.#revision = floor.graph_revision;
-      void maps.plan().then(
-        (plan) => {
-          this.#draw("", () => (this.#plan = plan));
-        },
+      const read = maps.plan().then(
+        (plan) => this.#draw("", () => (this.#plan = plan)),
         () => undefined, // nothing is known yet
       );
+      void read.then(() => (this.#awaits.hidden = true));
     }
     if (now - this.#asked.words > WORDS_MS) {
       this.#asked.words = now;
