@@ -28,6 +28,30 @@ def distance(a: tuple[float, ...], b: tuple[float, ...]) -> float:
     return math.hypot(a[0] - b[0], a[1] - b[1])
 
 
+@pytest.mark.parametrize("size", [PHONE, (390, 664), (360, 640)])
+def test_a_phones_menu_shows_the_language_and_its_commands_take_two_rows(visit: Open, size: tuple[int, int]) -> None:
+    here = visit(size=size)
+    here.find("app-menu button").first.click()
+    menu, language = here.find("app-menu .popover"), here.find("#language").bounding_box()
+    box = menu.bounding_box()
+    assert box and language and language["y"] + language["height"] <= box["y"] + box["height"]
+    hidden = menu.evaluate("one => one.scrollHeight - one.clientHeight")
+    assert hidden <= 1 or size != PHONE, "all of it is seen"
+    here.page.keyboard.press("Escape")
+    here.find(".chip.more").click()
+    chips = here.find("command-chips .chips .chip").all()
+    boxes = [box for one in chips if (box := one.bounding_box())]
+    assert len(boxes) == 8 and len({round(box["y"]) for box in boxes}) == 2
+    if size == PHONE:
+        assert max(box["x"] + box["width"] for box in boxes) <= size[0]
+    here.page.keyboard.press("Escape")
+    here.say("sing a song")
+    meant = here.find("command-status .suggested > *")
+    expect(meant).to_have_count(3)
+    boxes = [box for one in meant.all() if (box := one.bounding_box())]
+    assert len({round(box["y"] + box["height"] / 2) for box in boxes}) == 1
+
+
 def test_holding_w_drives_the_robot_and_letting_go_stops_it(visit: Open, console: Running) -> None:
     here = visit()
     start = console.truth()
