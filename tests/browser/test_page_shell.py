@@ -208,6 +208,9 @@ def test_what_the_chapter_has_stands_beside_what_was_found_here(visit: Open, siz
     here.page.reload()
     row = table.locator("tr").filter(has_text="EKF-SLAM, worst average error")
     expect(row.locator("td")).to_have_text(["0.080 m", "0.039 m"])
+    if size != PHONE:
+        box = table.bounding_box()
+        assert box and box["x"] < size[0] / 4, "below the list, beside a long result"
     cells = here.find('[data-experiment="dead-reckoning-vs-slam"] td')
     tops = [round(one["y"]) for n in (1, 2) if (one := cells.nth(n).bounding_box())]
     assert len(tops) == 2 and tops[0] == tops[1], "beside each other in the list, too"

@@ -1,5 +1,6 @@
 // Element <experiment-result>: progress of a run, then its figures beside the chapter's, its table and its files.
 // Element <experiment-runs>: every run of an experiment, newest first.
+// Element <experiment-figures>: every figure that the chapter prints, beside that of the newest run.
 
 import { address } from "../net/api.js";
 import { icon, isNew, make, write } from "../ui/element.js";
@@ -38,13 +39,6 @@ class ExperimentResult extends PagePanel {
   #about = make("p.note", NOTHING);
   #going = new RunProgress(() => this.model);
   #content = make("div.stack");
-  #printed = make(
-    "section.card.page-card",
-    { "aria-label": t("experiment-result.the_chapter_s_figures"), hidden: true },
-    make("h2", t("experiment-result.the_chapter_s_figures")),
-    make("div"),
-  );
-
   /** @override */
   build() {
     this.append(
@@ -57,13 +51,11 @@ class ExperimentResult extends PagePanel {
         this.#content,
       ),
       make(/** @type {"div"} */ ("experiment-runs")),
-      this.#printed,
     );
   }
 
   /** @override */
   draw() {
-    this.#drawPrinted();
     const run = this.model.selected;
     const running = run?.state === "running";
     this.#going.show(run, this.model.may, running ? doingOf(run.doing) : "");
@@ -88,12 +80,6 @@ class ExperimentResult extends PagePanel {
     if (isNew(this.#content, run.id, run.state, run.files.length)) {
       this.#content.replaceChildren(...(running ? [] : result(run)));
     }
-  }
-
-  #drawPrinted() {
-    const groups = besideChapter(this.model.experiments ?? [], this.model.runs ?? []);
-    this.#printed.hidden = groups.length === 0;
-    if (groups.length && isNew(this.#printed, groups)) this.#printed.lastElementChild?.replaceWith(compared(groups));
   }
 }
 
@@ -139,13 +125,17 @@ function result(run) {
 
 /** @param {ReturnType<typeof besideChapter>} groups each with a title where there are several */
 function compared(groups) {
-  const heads = [t("experiment-result.figure"), t("experiment-result.the_chapter"), t("experiment-result.here")].map(
-    (name) => make("th", { scope: "col" }, name),
-  );
+  const [printed, here] = [t("experiment-result.the_chapter"), t("experiment-result.here")];
+  const heads = [t("experiment-result.figure"), printed, here].map((name) => make("th", { scope: "col" }, name));
   const body = groups.flatMap(({ title, rows }) => [
     ...(title ? [make("tr", make("th.experiment-group", { colspan: "3", scope: "rowgroup" }, title))] : []),
     ...rows.map(({ name, unit, chapter, ours }) =>
-      make("tr", make("th", { scope: "row" }, name), make("td", figure(chapter, unit)), make("td", figure(ours, unit))),
+      make(
+        "tr",
+        make("th", { scope: "row" }, name),
+        make("td", { "data-head": printed }, figure(chapter, unit)),
+        make("td", { "data-head": here }, figure(ours, unit)),
+      ),
     ),
   ]);
   return make(
@@ -170,3 +160,24 @@ const files = (run) =>
   );
 
 customElements.define("experiment-result", ExperimentResult);
+
+/** @extends {PagePanel<ExperimentRuns>} */
+class ExperimentFigures extends PagePanel {
+  #table = make("div");
+
+  /** @override */
+  build() {
+    const title = t("experiment-result.the_chapter_s_figures");
+    this.hidden = true;
+    this.append(make("section.card.page-card", { "aria-label": title }, make("h2", title), this.#table));
+  }
+
+  /** @override */
+  draw() {
+    const groups = besideChapter(this.model.experiments ?? [], this.model.runs ?? []);
+    this.hidden = groups.length === 0;
+    if (groups.length && isNew(this.#table, groups)) this.#table.replaceChildren(compared(groups));
+  }
+}
+
+customElements.define("experiment-figures", ExperimentFigures);
