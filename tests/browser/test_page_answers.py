@@ -90,6 +90,9 @@ def test_what_was_measured_is_deleted_by_a_second_press_alone_and_a_demo_that_is
     expect(here.button("Start again")).to_be_enabled()
     heard = claps.count()
     here.button("Start again").click()
+    here.page.set_viewport_size({"width": 360, "height": 640})
+    wide = here.page.evaluate("document.querySelector('main:not([hidden])').scrollWidth - innerWidth")
+    assert wide <= 0, "the question has room on a phone"
     here.button(f"Press again: claps heard so far ({heard}) are deleted").click()
     expect(claps).to_have_count(0)
 
