@@ -449,7 +449,7 @@ class RecordingService(Part):
             why, self._incident, self._kept_at = self._incident[1], None, now
             try:
                 kept = await self.keep(self._settings.ring_s, why)
-                words = KEPT(seconds=f"{kept.seconds:.0f}", name=kept.name, cause=why.rstrip("."))
+                words = KEPT(seconds=f"{kept.seconds:.0f}", name=kept.name, cause=why)
                 self._notifications.tell("info", words, "kept")
             except (BeckonError, Problem) as trouble:
                 self._notifications.tell("warning", Statement("recording.not_kept", trouble=trouble), "kept")

@@ -66,6 +66,27 @@ def test_on_a_phone_no_menu_and_no_dialog_lies_under_stop(visit: Open) -> None:
         here.page.evaluate(f"dispatchEvent(new CustomEvent('{name}'))")
 
 
+def test_a_phones_map_is_covered_by_the_newest_notice_alone_and_no_banner_halves_a_button(
+    visit: Open, console: Running
+) -> None:
+    here = visit(size=PHONE)
+    switch = here.find(".stage > map-switch")
+    expect(switch).to_be_visible()
+    console.ask("api/halt", {})
+    expect(here.find(".banner[data-banner=halted]")).to_be_visible()
+    expect(switch).to_be_hidden()
+    here.find(".banner[data-banner=halted] button").click()
+    expect(switch).to_be_visible()
+    notices = here.find("notice-toasts")
+    notices.evaluate("""all => all.append(...["one", "two"].map(words => {
+        const toast = document.createElement("div");
+        [toast.className, toast.dataset.level, toast.textContent] = ["toast", "info", words];
+        return toast;
+    }))""")
+    expect(notices.get_by_text("two", exact=True)).to_be_visible()
+    expect(notices.get_by_text("one", exact=True)).to_be_hidden()
+
+
 def test_the_bar_ends_before_stop_in_german_too(visit: Open) -> None:
     german = "localStorage.setItem('beckon.language', 'de')"
     others = [visit(size=(1200, 800), before=lambda page: page.add_init_script(german)) for _ in range(2)]

@@ -292,6 +292,14 @@ def test_what_just_happened_can_be_kept(live: Live, recorded: Any) -> None:
     assert kept.json["seconds"] > 1 and kept.json["messages"]["/scan"] > 5
     [row] = [row for row in ask(live, "GET", "recordings").json["recordings"] if row["name"] == kept.json["name"]]
     assert (row["note"], row["cause"], row["code"]) == ("look at this", kept.json["cause"], "recording.kept_by")
+    assert ask(live, "POST", "halt").status == 200
+
+    def notices() -> list[Any]:
+        return [one for one in live.runtime.notifications.shown if one.cause == "kept"]
+
+    live.until(lambda: notices())
+    assert ask(live, "POST", "halt/reset").status == 200
+    assert notices()[0].text.endswith(". The robot was halted."), "a sentence, which has its words in each language"
     state = ask(live, "GET", "state").json["recording"]
     assert (state["name"], state["ring_limit_s"]) == (None, 120.0) and state["ring_s"] > 1 and state["revision"] > 2
     history = [(row["what"], row["who"]) for row in ask(live, "GET", "audit").json["entries"]]
