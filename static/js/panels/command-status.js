@@ -256,6 +256,7 @@ class CommandStatus extends Panel {
   #show(line) {
     this.#write(line);
     const suggestions = line.suggestions.slice(0, OFFERED);
+    const mine = line.state === "refused" && !line.room; // words of the room are pressed, or said again
     const unheard = line.state === "refused" && goesToPerson(this.session, line.words);
     const caller = unheard ? couldCall() : "";
     const empty = unheard && isEmptyRoom();
@@ -266,7 +267,7 @@ class CommandStatus extends Panel {
     else
       this.#suggestions.replaceChildren(
         ...(OFFERING.includes(line.code ?? "") ? [] : [make("span.note", t("command-status.did_you_mean"))]),
-        ...suggestions.map((text) => this.#suggestion(text, line.state === "refused" && suggestions.length === 1)),
+        ...suggestions.map((text) => this.#suggestion(text, mine && suggestions.length === 1)),
       );
   }
 
