@@ -8,7 +8,8 @@ them. A name that begins with whose it is (*Anna's office*) is said without *the
 it, stands in a row of its own. Printed for each: right, refused, stopped (or paused), wrong; every wrong motion is
 listed, with `--misses` every miss. `--every N` takes every Nth sentence, `--into FILE` keeps every result as it is
 ready and goes on with those that it holds; `--talk FOLDER` also reads the near misses of speech_commands_tts and the
-talk of speech_real in FOLDER, with the names and without them.
+talk of speech_real in FOLDER, with the names and without them. `--room`: instead of quiet and echoes, in the
+simulator's room as the robot hears it, by its array of four 2 m away (RT60 0.3 s, which the simulator has).
 """
 
 from __future__ import annotations
@@ -38,12 +39,14 @@ from core.speech.recognition.engines import open_engine
 from core.speech.recognition.recognizer import for_words
 from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.synthesis import ENGLISH_VOICES
+from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.understanding.place_names import check_name_apart, place_phrases
 from core.speech.whisper.recognizer import WhisperRecognizer
 from tests.benchmarks.accents import said
+from tests.benchmarks.noisy_voices import decisions
 from tests.benchmarks.voices import REFUSED, RIGHT, STOPPED, WRONG, utterance
 from tests.benchmarks.word_hearing import padded
-from tests.benchmarks.word_scenes import real, synthetic
+from tests.benchmarks.word_scenes import ARRAY, Clip, Condition, real, scene, synthetic
 
 NAMES = (
     *("kitchen", "window", "sofa", "Anna's office", "meeting room", "printer", "elevator", "front door", "bathroom"),
@@ -96,6 +99,7 @@ ROUTE_TALK = (
 )
 GO_TO, STOP_AT = "go to the {}", "stop at the {}"
 TAIL_S, TAIL_DB = 0.4, -6.0
+ROOM = Condition("room RT60 0.3", rt60=0.3)
 FLITE_VOICES = ("kal16", "awb", "rms", "slt") if which("flite") else ()
 ALL_VOICES = (*ENGLISH_VOICES, *FLITE_VOICES)
 
@@ -124,10 +128,14 @@ Wanted = tuple[str, str] | None
 """The command that was said, and its place; None: no command."""
 
 
-def sentences(every: int, to: str, kinds: list[str]) -> Iterator[tuple[str, str, str, Wanted, Callable[[], Array]]]:
-    """(voice, kind, words, the command, its sound) of every Nth sentence of every voice, quiet and in echoes.
+Heard = Callable[[WhisperRecognizer], list[Decision]]
+"""What a recognizer decides about a sentence."""
 
-    `kinds`: those that are taken; none: all.
+
+def sentences(every: int, to: str, kinds: list[str], room: bool) -> Iterator[tuple[str, str, str, Wanted, Heard]]:
+    """(voice, kind, words, the command, its reading) of every Nth sentence of every voice, quiet and in echoes.
+
+    `kinds`: those that are taken; none: all; `room`: as the robot hears it in the simulator's room instead.
     """
     said_of_all: list[tuple[str, str, Wanted]] = [
         *(("named", _said(to, name), (STOP_AT_COMMAND.name, name)) for name in NAMES),
@@ -145,8 +153,11 @@ def sentences(every: int, to: str, kinds: list[str]) -> Iterator[tuple[str, str,
             if number % every or (kinds and kind not in kinds):
                 continue
             sound = partial(spoken, words, voice, number)
-            yield voice, f"{kind}, quiet", words, wanted, sound
-            yield voice, f"{kind}, echoes", words, wanted, partial(_in_echoes, sound, number)
+            if room:
+                yield voice, f"{kind}, room", words, wanted, partial(_in_the_room, sound, number)
+                continue
+            yield voice, f"{kind}, quiet", words, wanted, partial(_alone, sound)
+            yield voice, f"{kind}, echoes", words, wanted, partial(_alone, partial(_in_echoes, sound, number))
 
 
 def spoken(words: str, voice: str, seed: int, pace: float = 1.0) -> Array:
@@ -160,6 +171,15 @@ def spoken(words: str, voice: str, seed: int, pace: float = 1.0) -> Array:
         return padded(for_words(read_sound(path)).samples[:, 0], seed)
 
 
+def _alone(sound: Callable[[], Array], recognizer: WhisperRecognizer) -> list[Decision]:
+    return [recognizer.decide(utterance(sound()))]
+
+
+def _in_the_room(sound: Callable[[], Array], seed: int, recognizer: WhisperRecognizer) -> list[Decision]:
+    whole = scene(Clip("", "", sound()), ROOM, [], seed)
+    return decisions(ArrayTranscriber(ARRAY, SpeechSettings(engine="whisper"), recognizer=recognizer), whole)
+
+
 def _in_echoes(sound: Callable[[], Array], seed: int) -> Array:
     return echoed(sound(), seed)
 
@@ -167,6 +187,12 @@ def _in_echoes(sound: Callable[[], Array], seed: int) -> Array:
 def _said(to: str, name: str) -> str:
     """The words that go to a place."""
     return (to.replace("the ", "") if WHOSE.match(name) else to).format(name)
+
+
+def outcome_of_all(wanted: Wanted, decided: list[Decision]) -> str:
+    """What became of a sentence that may have been cut: the gravest, then the best."""
+    found = {outcome(wanted, one) for one in decided} or {REFUSED if wanted else RIGHT}
+    return next(one for one in (WRONG, STOPPED, RIGHT, REFUSED) if one in found)
 
 
 def outcome(wanted: Wanted, decision: Decision) -> str:
@@ -188,6 +214,7 @@ def main() -> None:
     parser.add_argument("--stop-at", action="store_true")
     parser.add_argument("--into", type=Path, help="a file of results")
     parser.add_argument("--talk", type=Path)
+    parser.add_argument("--room", action="store_true")
     chosen = parser.parse_args()
     recognizer = open_engine(SpeechSettings(engine="whisper")).recognizer
     assert isinstance(recognizer, WhisperRecognizer)
@@ -204,14 +231,14 @@ def main() -> None:
         known = [json.loads(line) for line in chosen.into.read_text().splitlines()]
     done = {(one["voice"], one["kind"], one["words"]): one for one in known}
     results: dict[str, Counter[str]] = {}
-    for voice, kind, words, wanted, sound in sentences(
-        chosen.every, STOP_AT if chosen.stop_at else GO_TO, chosen.kinds
+    for voice, kind, words, wanted, heard in sentences(
+        chosen.every, STOP_AT if chosen.stop_at else GO_TO, chosen.kinds, chosen.room
     ):
         told = done.get((voice, kind, words))
         if told is None:
-            decision = recognizer.decide(utterance(sound()))
-            told = {"voice": voice, "kind": kind, "words": words, "result": outcome(wanted, decision)}
-            told["heard"] = decision.echo
+            decided = heard(recognizer)
+            told = {"voice": voice, "kind": kind, "words": words, "result": outcome_of_all(wanted, decided)}
+            told["heard"] = " | ".join(one.echo for one in decided)
             if chosen.into:
                 with chosen.into.open("a") as file:
                     file.write(json.dumps(told) + "\n")

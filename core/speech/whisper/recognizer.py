@@ -81,6 +81,8 @@ LEAST_RIGHT = 0.8  # probability that a number is right, below which it is rejec
 MOST_LEAD = 4.0  # [nats] beyond which a lead says no more: one number in 300 is wrong however far it is ahead
 NUMBER_THRESHOLDS = Thresholds(reject=log_odds(LEAST_RIGHT) / NUMBER_ODDS, accept=2.0, scale=1 / NUMBER_ODDS)
 SLOWER = 1.1  # times as long the sound lasts in the second reading of what is doubtful
+OTHER_PACES = 0.87, 1.22  # times as long it lasts in two more readings of a name that fits too badly in the first two
+MIN_AGREEING = 3  # of these four, in which it has to be the likeliest name
 REJECTED_BEFORE = 4.0  # [nats] by which a command is less likely that was rejected just before
 OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is offered
 BEFORE = 0.2  # [s] before the voice that are read: more silence there makes every text less likely
@@ -117,6 +119,8 @@ SOUND_SCALE = 40.0  # [nats] by the other engine that count as one here
 MAX_FOR_NATS, MAX_AGAINST_NATS = 3.0, 4.0  # that it may add to a name, and take from it
 WEIGHED_SCORE, WEIGHED_LEAD = 1.2, 1.0  # [nats] by which both bounds of a name are wider before that
 CONTRADICTING_NATS = -100.0  # by the other engine, from which a name that keeps its own bounds is doubted
+MIN_FIT_OF_BEST = 0.3  # [nats] by which it must keep its bounds in its best two readings; unknown places did by 0.2
+DENYING_NATS = -250.0  # by the other engine, from which a name is not read again; no voice was known below -220
 USUAL_NAME = -21.0  # [nats] of "Go to the garden." by chance
 DECIMALS_BY_CHANCE = 0.5  # of their nats that do not count: 5 is written 3 nats more often than 9
 NO_WORDS = re.compile(r"(?i:you)?[\s.,!?♪♫>]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*]*\*|[♪♫][^♪♫]*[♪♫]?)[\s.,!?♪♫>]*)*")
@@ -369,9 +373,15 @@ class WhisperRecognizer:
             best, lead = self._better_by_sound(best, lead, sound, views, begun, utterance.rejected)
         if best is None:
             return self._unknown_place(decision, found, readings[0])
-        fits = self._fits_as_name(best, readings, begun, sound.get(best.key[0]), utterance)
+        heard = sound.get(best.key[0])
+        fits = self._fits_as_name(best, readings, begun, heard, utterance)
         if best.key[0] in SPECS and decision.command is None:
             return decision
+        if fits <= 0 and best.key[0] not in SPECS and (heard is None or heard > DENYING_NATS):
+            paced = self._best_readings(best, readings, samples, begun, utterance.rejected)
+            if paced is not None:
+                best = paced[0]
+                fits = self._fits_as_name(*paced, begun, heard, utterance) - MIN_FIT_OF_BEST
         if fits <= 0 or best.key[0] in SPECS:
             return self._unknown_place(decision, found, readings[0], both, fits)
         sentences = [self._sentence(one) for one in (best, *(one for one in both[:3] if one is not best))]
@@ -402,6 +412,22 @@ class WhisperRecognizer:
         if best is None or other.mean - best.mean > (sound.get(best.key[0], 0.0) - sound[named]) / SOUND_SCALE:
             return other, THRESHOLDS.accept
         return best, lead
+
+    def _best_readings(
+        self, name: Meaning, readings: list[Found], samples: Array, begun: tuple[int, ...], rejected: Iterable[str]
+    ) -> tuple[Meaning, list[Found]] | None:
+        """A name in the two of four readings, at other paces and pitches, in which it is likeliest, and these; None
+        where not most of all four take it for the likeliest name.
+        """
+        for pace in OTHER_PACES:
+            view = resampled(samples, RATE_HZ, pace * RATE_HZ)
+            readings = [*readings, _all_as_spellings(self.search(view, begun))]
+        meanings = [self.meanings(read, rejected) for read in readings]
+        nats = [next((one.nats for one in read if one.key == name.key), -math.inf) for read in meanings]
+        if sum(read[0].key == name.key for read in meanings if read) < MIN_AGREEING:
+            return None
+        first, second = sorted(range(len(readings)), key=lambda number: -nats[number])[:2]
+        return replace(name, nats=nats[first], again=nats[second]), [readings[first], readings[second]]
 
     def _fits_as_name(
         self,

@@ -19,7 +19,7 @@ from core.speech.synthesis import VoiceSettings, can_speak, speak
 from core.speech.understanding.grammar import OwnPhrases
 from core.speech.understanding.place_names import place_phrases
 from core.speech.whisper.joint_search import Found, JointSearch, ScoredText
-from core.speech.whisper.recognizer import Meaning, WhisperRecognizer
+from core.speech.whisper.recognizer import OTHER_PACES, Meaning, WhisperRecognizer
 from tests.core.speech.ears import mono, padded, whisper
 
 PLACE_NAMES = ("kitchen", "window", "workshop", "meeting room", "Xqzkvr")
@@ -160,6 +160,47 @@ def test_a_name_is_heard_beside_usual_words_like_it_that_sound_otherwise(
     name = Meaning(spelling="Go to the window.", nats=-1.5, again=-1.5, key=("go to window", (), False))
     readings = [Found(spellings=(), free=texts)] * 2
     assert Written(Fixed({}, over)).keeps_bounds(name, readings, sound) is fits
+
+
+class Paced(Written):
+    """A recognizer that finds these texts, each with its nats, by how many times as long a second of sound lasts."""
+
+    def __init__(self, texts: dict[float, dict[str, float]]) -> None:
+        super().__init__(Fixed({}))
+        self._texts = texts
+
+    def search(self, samples: Array, begun: tuple[int, ...] = ()) -> Found:
+        texts = self._texts[round(len(samples) / RATE_HZ, 2)]
+        found = tuple(ScoredText(text=text, nats=nats) for text, nats in texts.items())
+        return Found(spellings=found, free=found)
+
+
+WINDOW, KITCHEN, DOOR = "Go to the window.", "Go to the kitchen.", "Go to the green door."
+
+
+@pytest.mark.parametrize(
+    ("further", "nats"),
+    [
+        (({WINDOW: -0.5}, {WINDOW: -1.5, DOOR: -3.0}), (-0.5, -1.5)),
+        (({WINDOW: -4.0}, {WINDOW: -9.0}), (-4.0, -6.0)),
+        (({WINDOW: -0.5}, {DOOR: -1.0}), (-0.5, -6.0)),
+        (({WINDOW: -0.5, KITCHEN: -0.4}, {WINDOW: -1.5}), (-0.5, -1.5)),
+        (({WINDOW: -0.5, KITCHEN: -0.4}, {WINDOW: -1.5, KITCHEN: -1.0}), None),
+    ],
+)
+def test_a_name_that_fits_badly_is_read_at_other_paces_and_most_have_to_agree(
+    further: tuple[dict[str, float], ...], nats: tuple[float, float] | None
+) -> None:
+    texts = dict(zip((1.0, 1.1, *OTHER_PACES), ({WINDOW: -6.0}, {WINDOW: -7.0}, *further), strict=True))
+    recognizer, sound = Paced(texts), np.ones(RATE_HZ)
+    first = [recognizer.search(np.ones(round(pace * RATE_HZ))) for pace in (1.0, 1.1)]
+    name = Meaning(spelling=WINDOW, nats=-6.0, again=-7.0, key=("go to window", (), False))
+    best = recognizer._best_readings(name, first, sound, (), ())
+    if best is None or nats is None:
+        assert best is nats
+        return
+    assert (best[0].nats, best[0].again) == nats
+    assert [next(one.nats for one in read.free if one.text == WINDOW) for read in best[1]] == list(nats)
 
 
 @cache
