@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import cv2
 import numpy as np
 
 from core.geometry import Pose, Transform
@@ -243,10 +244,10 @@ class RosEncoder(RosParts):
     def _quaternion(self, place: Pose | Transform) -> Any:
         if isinstance(place, Pose):
             return self.turned(place.heading)
-        import scipy  # a camera's alone; drivers do without it
-
-        x, y, z, w = scipy.spatial.transform.Rotation.from_matrix(place.rotation).as_quat().tolist()
-        return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
+        turn = cv2.Rodrigues(place.rotation)[0].ravel()  # SciPy's rotations would take the recorder 25 MB
+        angle = float(np.linalg.norm(turn))
+        x, y, z = (0.5 * np.sinc(0.5 * angle / math.pi) * turn).tolist()
+        return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=math.cos(0.5 * angle))
 
     def _transform(self, stamp: float, parent: str, child: str, place: Pose | Transform, height: float = 0.0) -> Any:
         """`height` [m] of a pose above its frame's floor."""

@@ -190,6 +190,16 @@ class Meaning:
         return ahead - by_chance + unheard
 
 
+@message
+class OtherName:
+    """Words in the place of a name that nobody has named."""
+
+    text: str  # one way to write the whole sentence
+    nats: float  # of all ways together
+    by_chance: float  # [nats] of the text
+    usual_alike: bool  # a usual word that sounds like the name
+
+
 class WhisperRecognizer:
     """Commands, and the words of everything else."""
 
@@ -252,7 +262,9 @@ class WhisperRecognizer:
             decision = self._decided(meanings, found, objection)
         goes = decision.command is not None and decision.command.name in NAME_STOP
         words = found.free_text
-        if (says_stop(words) or STOP_MISHEARD in words.lower()) and not goes and not decision.stops:
+        silence = NO_WORDS.fullmatch(words) and "stop" not in words.lower()  # "[ Pause ]" is written for one
+        stops = not silence and (says_stop(words) or STOP_MISHEARD in words.lower())
+        if stops and not goes and not decision.stops:
             return stop(found.free_text, remark=decision.reason)
         return self._timed(decision, utterance, samples, found)
 
@@ -417,7 +429,7 @@ class WhisperRecognizer:
         self, name: Meaning, readings: list[Found], samples: Array, begun: tuple[int, ...], rejected: Iterable[str]
     ) -> tuple[Meaning, list[Found]] | None:
         """A name in the two of four readings, at other paces and pitches, in which it is likeliest, and these; None
-        where not most of all four take it for the likeliest name.
+        where not most of all four take it for the likeliest name, or one rather has a usual word that sounds like it.
         """
         for pace in OTHER_PACES:
             view = resampled(samples, RATE_HZ, pace * RATE_HZ)
@@ -425,6 +437,9 @@ class WhisperRecognizer:
         meanings = [self.meanings(read, rejected) for read in readings]
         nats = [next((one.nats for one in read if one.key == name.key), -math.inf) for read in meanings]
         if sum(read[0].key == name.key for read in meanings if read) < MIN_AGREEING:
+            return None
+        others = (self._other_names(name, read, begun) for read in readings)
+        if any(one.usual_alike and one.nats > own for own, read in zip(nats, others, strict=True) for one in read):
             return None
         first, second = sorted(range(len(readings)), key=lambda number: -nats[number])[:2]
         return replace(name, nats=nats[first], again=nats[second]), [readings[first], readings[second]]
@@ -468,27 +483,37 @@ class WhisperRecognizer:
         ones that sound like it, like "bedroom", must be less likely in both readings. `by_sound`: texts → what the
         other engine says for the name against each [nats].
         """
-        before = len(self._search.text(begun))
-        name = _name(meaning.spelling[before:])
         over: list[float] = []
         alike = math.inf
         for read, nats in zip(readings, (meaning.nats, meaning.again or 0.0), strict=True):
-            others: dict[str, list[ScoredText]] = {}
-            for one in self._other_texts(meaning, read):
-                others.setdefault(_name(one.text[before:]), []).append(one)
-            groups = {words: texts for words, texts in others.items() if words != name}
-            usual = self._search.by_chance([texts[0] for texts in groups.values()]) if groups else ()
             least = NO_OTHER
-            for (words, texts), chance in zip(groups.items(), usual, strict=True):
-                ahead = nats - float(np.logaddexp.reduce([one.nats for one in texts]))
-                ahead += 0.0 if by_sound is None else by_sound[texts[0].text]
-                if chance > USUAL_WORDS and names_alike(words, name):
+            for other in self._other_names(meaning, read, begun):
+                ahead = nats - other.nats + (0.0 if by_sound is None else by_sound[other.text])
+                if other.usual_alike:
                     alike = min(alike, ahead - ALIKE_NAMES)
-                least = min(
-                    least, ahead + min(UNUSUAL_SHARE * max(USUAL_WORDS - float(chance), 0.0), MOST_UNUSUAL_NATS)
-                )
+                unusual = UNUSUAL_SHARE * max(USUAL_WORDS - other.by_chance, 0.0)
+                least = min(least, ahead + min(unusual, MOST_UNUSUAL_NATS))
             over.append(least)
         return min(alike, sum(over) / len(over) + NAME_BOUNDS.behind_free)
+
+    def _other_names(self, meaning: Meaning, read: Found, begun: tuple[int, ...]) -> list[OtherName]:
+        """The words that a reading has in the place of a name; the ways to write them count together."""
+        before = len(self._search.text(begun))
+        name = _name(meaning.spelling[before:])
+        groups: dict[str, list[ScoredText]] = {}
+        for one in self._other_texts(meaning, read):
+            if (words := _name(one.text[before:])) != name:
+                groups.setdefault(words, []).append(one)
+        usual = self._search.by_chance([texts[0] for texts in groups.values()]) if groups else ()
+        return [
+            OtherName(
+                text=texts[0].text,
+                nats=float(np.logaddexp.reduce([one.nats for one in texts])),
+                by_chance=float(chance),
+                usual_alike=bool(chance > USUAL_WORDS) and names_alike(words, name),
+            )
+            for (words, texts), chance in zip(groups.items(), usual, strict=True)
+        ]
 
     def _unknown_place(
         self, decision: Decision, found: Found, read: Found, near: Iterable[Meaning] = (), fits: float = 0.0

@@ -425,7 +425,9 @@ def test_what_is_offered_for_words_keeps_their_number_and_is_stop_where_that_may
     assert decided({"turn left": -6.5}, {"Don't turn left.": -1.0}).did_you_mean == ()
 
 
-@pytest.mark.parametrize("sound", ["(wind howling)", "[Music]", " (coughs) (laughs).", "*sighs*", "♪ ♪", "..."])
+@pytest.mark.parametrize(
+    "sound", ["(wind howling)", "[Music]", " (coughs) (laughs).", "*sighs*", "♪ ♪", "...", "[ Pause ]"]
+)
 def test_what_is_written_for_a_noise_are_no_words(sound):
     told = decided({"stop moving": -9.0}, {sound: -2.0})
     assert told.command is None and not told.stops and told.words == "" and told.did_you_mean == ()
