@@ -244,7 +244,7 @@ class RosEncoder(RosParts):
     def _quaternion(self, place: Pose | Transform) -> Any:
         if isinstance(place, Pose):
             return self.turned(place.heading)
-        turn = cv2.Rodrigues(place.rotation)[0].ravel()  # SciPy's rotations would take the recorder 25 MB
+        turn = cv2.Rodrigues(place.rotation)[0].ravel()  # SciPy would take the recorder 20 MB
         angle = float(np.linalg.norm(turn))
         x, y, z = (0.5 * np.sinc(0.5 * angle / math.pi) * turn).tolist()
         return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=math.cos(0.5 * angle))
