@@ -259,7 +259,9 @@ def test_the_eldest_stranger_of_an_address_makes_room_for_the_next() -> None:
 
 
 def test_who_is_dropped_hears_of_it_later_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.http.connection_limits.time.monotonic", lambda: 100.0)  # however busy this machine is
+    monkeypatch.setattr(
+        "console.http.connection_limits.time", SimpleNamespace(monotonic=lambda: 100.0)
+    )  # however busy
     crowd = ConnectionLimits(40)
     strangers = [Held() for _ in range(200)]
     for one in strangers:
