@@ -438,8 +438,7 @@ class WhisperRecognizer:
         nats = [next((one.nats for one in read if one.key == name.key), -math.inf) for read in meanings]
         if sum(read[0].key == name.key for read in meanings if read) < MIN_AGREEING:
             return None
-        others = (self._other_names(name, read, begun) for read in readings)
-        if any(one.usual_alike and one.nats > own for own, read in zip(nats, others, strict=True) for one in read):
+        if any(self._prefers_usual_word(read, name, own, begun) for own, read in zip(nats, readings, strict=True)):
             return None
         first, second = sorted(range(len(readings)), key=lambda number: -nats[number])[:2]
         return replace(name, nats=nats[first], again=nats[second]), [readings[first], readings[second]]
@@ -496,14 +495,31 @@ class WhisperRecognizer:
             over.append(least)
         return min(alike, sum(over) / len(over) + NAME_BOUNDS.behind_free)
 
-    def _other_names(self, meaning: Meaning, read: Found, begun: tuple[int, ...]) -> list[OtherName]:
-        """The words that a reading has in the place of a name; the ways to write them count together."""
+    def _prefers_usual_word(self, read: Found, name: Meaning, own: float, begun: tuple[int, ...]) -> bool:
+        """Return whether a reading rather has a usual word that sounds like a name than the name, of `own` [nats]."""
+        said, groups = self._in_place_of(name, read, begun)
+        likelier = [
+            texts[0]
+            for words, texts in groups.items()
+            if names_alike(words, said) and np.logaddexp.reduce([one.nats for one in texts]) > own
+        ]
+        return bool(likelier) and max(self._search.by_chance(likelier)) > USUAL_WORDS
+
+    def _in_place_of(
+        self, meaning: Meaning, read: Found, begun: tuple[int, ...]
+    ) -> tuple[str, dict[str, list[ScoredText]]]:
+        """A name, and the other words that a reading has in its place → all ways to write each."""
         before = len(self._search.text(begun))
         name = _name(meaning.spelling[before:])
         groups: dict[str, list[ScoredText]] = {}
         for one in self._other_texts(meaning, read):
             if (words := _name(one.text[before:])) != name:
                 groups.setdefault(words, []).append(one)
+        return name, groups
+
+    def _other_names(self, meaning: Meaning, read: Found, begun: tuple[int, ...]) -> list[OtherName]:
+        """The words that a reading has in the place of a name; the ways to write them count together."""
+        name, groups = self._in_place_of(meaning, read, begun)
         usual = self._search.by_chance([texts[0] for texts in groups.values()]) if groups else ()
         return [
             OtherName(
