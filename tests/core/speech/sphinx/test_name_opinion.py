@@ -179,32 +179,34 @@ class Paced(Written):
         return self._best_readings(name, first, np.ones(RATE_HZ), (), ())
 
 
-WINDOW, KITCHEN, DOOR, WIND = (f"Go to the {name}." for name in ("window", "kitchen", "green door", "wind"))
+TO_WINDOW, TO_KITCHEN, TO_DOOR, TO_WIND = (
+    f"Go to the {name}." for name in ("window", "kitchen", "green door", "wind")
+)
 
 
 @pytest.mark.parametrize(
     ("further", "nats"),
     [
-        (({WINDOW: -0.5}, {WINDOW: -1.5, DOOR: -3.0}), (-0.5, -1.5)),
-        (({WINDOW: -4.0}, {WINDOW: -9.0}), (-4.0, -6.0)),
-        (({WINDOW: -0.5}, {DOOR: -1.0}), (-0.5, -6.0)),
-        (({WINDOW: -0.5, KITCHEN: -0.4}, {WINDOW: -1.5}), (-0.5, -1.5)),
-        (({WINDOW: -0.5, KITCHEN: -0.4}, {WINDOW: -1.5, KITCHEN: -1.0}), None),
-        (({WINDOW: -0.5}, {WINDOW: -4.0, WIND: -5.0}), (-0.5, -4.0)),
-        (({WINDOW: -0.5}, {WINDOW: -4.0, WIND: -3.0}), None),
+        (({TO_WINDOW: -0.5}, {TO_WINDOW: -1.5, TO_DOOR: -3.0}), (-0.5, -1.5)),
+        (({TO_WINDOW: -4.0}, {TO_WINDOW: -9.0}), (-4.0, -6.0)),
+        (({TO_WINDOW: -0.5}, {TO_DOOR: -1.0}), (-0.5, -6.0)),
+        (({TO_WINDOW: -0.5, TO_KITCHEN: -0.4}, {TO_WINDOW: -1.5}), (-0.5, -1.5)),
+        (({TO_WINDOW: -0.5, TO_KITCHEN: -0.4}, {TO_WINDOW: -1.5, TO_KITCHEN: -1.0}), None),
+        (({TO_WINDOW: -0.5}, {TO_WINDOW: -4.0, TO_WIND: -5.0}), (-0.5, -4.0)),
+        (({TO_WINDOW: -0.5}, {TO_WINDOW: -4.0, TO_WIND: -3.0}), None),
     ],
 )
 def test_a_name_that_fits_badly_is_read_at_other_paces_and_most_have_to_agree(
     further: tuple[dict[str, float], ...], nats: tuple[float, float] | None
 ) -> None:
-    texts = dict(zip((1.0, 1.1, *OTHER_PACES), ({WINDOW: -6.0}, {WINDOW: -7.0}, *further), strict=True))
-    name = Meaning(spelling=WINDOW, nats=-6.0, again=-7.0, key=("go to window", (), False))
+    texts = dict(zip((1.0, 1.1, *OTHER_PACES), ({TO_WINDOW: -6.0}, {TO_WINDOW: -7.0}, *further), strict=True))
+    name = Meaning(spelling=TO_WINDOW, nats=-6.0, again=-7.0, key=("go to window", (), False))
     best = Paced(texts).best_readings(name)
     if best is None or nats is None:
         assert best is nats
         return
     assert (best[0].nats, best[0].again) == nats
-    assert [next(one.nats for one in read.free if one.text == WINDOW) for read in best[1]] == list(nats)
+    assert [next(one.nats for one in read.free if one.text == TO_WINDOW) for read in best[1]] == list(nats)
 
 
 @cache
