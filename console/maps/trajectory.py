@@ -48,8 +48,11 @@ class Trajectory:
             self._rows, self._gap = array("d", self.rows()[::2].tobytes()), 2 * self._gap
 
     def rows(self) -> Array:
-        """A copy of all that is kept (K, 5): stamp [s], room, pose in it."""
-        return np.frombuffer(self._rows).reshape(-1, ROW_FIELDS).copy()
+        """A copy of all that is kept (K, 5): stamp [s], room, pose in it; from any thread.
+
+        It is taken in one step: an array that lends its memory cannot grow meanwhile.
+        """
+        return np.frombuffer(self._rows[:]).reshape(-1, ROW_FIELDS)
 
 
 def laid_out(rows: Array, floor: MapStatus) -> tuple[list[float], list[Pose]]:

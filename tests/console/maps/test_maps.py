@@ -237,6 +237,20 @@ def test_a_journey_is_thinned_when_it_is_full_and_begins_anew_with_the_clock(mon
     assert len(trajectory) == 1
 
 
+def test_a_journey_grows_while_it_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A report reads it in a thread, and the event loop adds to it at any moment."""
+    trajectory, frombuffer = Trajectory(), np.frombuffer
+    trajectory.add(snapshot(1.0, Pose()))
+
+    def grown(memory: Any) -> np.ndarray:
+        lent = frombuffer(memory)
+        trajectory.add(snapshot(2.0, Pose()))
+        return lent
+
+    monkeypatch.setattr(np, "frombuffer", grown)
+    assert trajectory.rows().shape == (1, ROW_FIELDS) and len(trajectory) == 2
+
+
 def test_the_preview_shows_what_is_known_and_nothing_around_it() -> None:
     odds = np.zeros((60, 80), np.float32)
     odds[20:31, 10:41] = -2.0
