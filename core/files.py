@@ -50,7 +50,7 @@ def replacing(path: Path, before: Callable[[], None] | None = None, mode: int = 
         with path.open("wb") as file:
             yield file
         return
-    fresh = path.with_name(f".{path.name[-100:]}.{secrets.token_hex(4)}{UNFINISHED}")
+    fresh = unfinished(path)
     try:
         with open(fresh, "xb", opener=lambda name, flags: os.open(name, flags, mode)) as file:
             yield file
@@ -64,6 +64,11 @@ def replacing(path: Path, before: Callable[[], None] | None = None, mode: int = 
             fresh.unlink()
         raise
     sync_folder(path.parent)
+
+
+def unfinished(path: Path) -> Path:
+    """A name for a file while it is written, beside its own: hidden, and removed by `remove_unfinished`."""
+    return path.with_name(f".{path.name[-100:]}.{secrets.token_hex(4)}{UNFINISHED}")
 
 
 def sync_folder(folder: Path) -> None:

@@ -10,6 +10,7 @@ import re
 import shutil
 import stat
 import time
+import unicodedata
 from collections.abc import Iterable
 from dataclasses import replace
 from datetime import datetime
@@ -133,6 +134,7 @@ class RecordingService(Part):
         self._notes: dict[str, RecordingNote] = {}
         self._deletes = True  # the oldest files where all are too large; not where nobody knows which have a note
         self._turn, self._change = asyncio.Lock(), asyncio.Lock()  # of the process; of what begins and ends
+        self._noting = asyncio.Lock()  # one writes the notes
         self._map_at = self._disk_at = -1e9
         self._grid = self._voice = -1
         self._whole_map = b""  # to go on in, for the next moment
@@ -314,7 +316,7 @@ class RecordingService(Part):
         async with self._change:
             if self._running is not None:
                 raise Problem(409, RUNS)
-            await self._begin_first_of(checked_name(name) if name else "", note)
+            await self._begin_first_of(bare_name(name) if name else "", note)
         self._history.add("record", who, words=self._base)
         return self.state
 
@@ -566,6 +568,8 @@ class RecordingService(Part):
         job = work.CutRecording(str(path), str(self._path(fresh)), begin_s, end_s)
         done = await self._cutter.ask(job, budget=FILE_BUDGET_S)
         self.revision += 1
+        if done.note:
+            await self._set_note(done.name, done.note)
         self._history.add("keep_recording", who, words=fresh)
         return done
 
@@ -582,17 +586,18 @@ class RecordingService(Part):
         if not content:
             raise BadInput(Statement("recording.empty", name=path.name))
 
-        def write() -> None:
-            with (
-                saving("The recording could not be kept"),
-                replacing(path, lambda: self._check_free(path.name)) as file,
-            ):
-                file.write(content)
+        def write() -> float:
+            with saving("The recording could not be kept"):
+                with replacing(path, lambda: self._check_free(path.name)) as file:
+                    file.write(content)
+                return path.stat().st_mtime
 
         self._check_free(path.name)
         await self._check_room()
-        await asyncio.to_thread(write)
+        changed, name = await asyncio.to_thread(write), path.name.removesuffix(ENDING)
         self.revision += 1
+        if note := (await self._looked_at(name, changed, len(content))).note:
+            await self._set_note(name, note)
         self._history.add("keep_recording", who, words=path.name)
         return path.name
 
@@ -618,13 +623,14 @@ class RecordingService(Part):
         path = self.file(name)
         if note is not None and len(note) > MAX_NOTE_LETTERS:
             raise BadInput(f"A note has at most {MAX_NOTE_LETTERS} letters.")
-        if new_name is not None and (fresh := checked_name(new_name)) != name:
+        if new_name is not None and (fresh := bare_name(new_name)) != name:
             if path.name == name:  # of another form, which its ending may say
                 fresh = fresh if fresh.endswith(path.suffix) else f"{fresh}{path.suffix}"
-            self._check_free(fresh)
             ending = "" if path.name == name else ENDING
-            with saving("The recording could not be renamed"):
-                await asyncio.to_thread(path.rename, path.with_name(f"{fresh}{ending}"))
+            async with self._turn:  # nobody takes the name between the look and the change
+                self._check_free(fresh)
+                with saving("The recording could not be renamed"):
+                    await asyncio.to_thread(path.rename, path.with_name(f"{fresh}{ending}"))
             self.revision += 1
             before = self._notes.pop(name, None)
             note = before.note if note is None and before is not None else note
@@ -648,7 +654,7 @@ class RecordingService(Part):
     def _path(self, name: str) -> Path:
         """The file of a recording; one of another form than ours has the whole name."""
         whole = self._folder / name
-        return whole if whole.is_file() else self._folder / f"{name}{ENDING}"
+        return whole if whole.suffix != ENDING and whole.is_file() else self._folder / f"{name}{ENDING}"
 
     def _fresh_name(self, wanted: str) -> str:
         base = wanted or datetime.now().astimezone().strftime("%Y-%m-%d %H.%M.%S")
@@ -659,8 +665,8 @@ class RecordingService(Part):
         return name
 
     def _is_taken(self, name: str) -> bool:
-        path = self._path(name.removesuffix(ENDING))
-        return any(each.exists() for each in (self._folder / name, path, path.with_name(path.name + PART)))
+        names, ends = {name, name.removesuffix(ENDING)}, ("", ENDING, f"{ENDING}{PART}")
+        return any((self._folder / f"{one}{end}").exists() for one in names for end in ends)
 
     def _check_free(self, name: str) -> None:
         """Raises Problem 409 where a recording has this name."""
@@ -719,9 +725,10 @@ class RecordingService(Part):
         await self._save_notes()
 
     async def _save_notes(self) -> None:
-        content = msgspec.json.encode(self._notes)
-        with saving("The note could not be saved"):
-            await asyncio.to_thread(write_atomic, self._notes_file, content)
+        async with self._noting:
+            content = msgspec.json.encode(self._notes)
+            with saving("The note could not be saved"):
+                await asyncio.to_thread(write_atomic, self._notes_file, content)
 
 
 def pickled(moments: Iterable[work.RecordedMoment]) -> list[bytes]:
@@ -761,7 +768,12 @@ def media_type(path: Path) -> str:
 
 def checked_name(name: str) -> str:
     """A name as it is kept. Raises BadInput with what a name may be."""
-    tidy = " ".join(name.split())
+    tidy = unicodedata.normalize("NFC", " ".join(name.split()))
     if not 0 < len(tidy) <= MAX_NAME_LETTERS or not NAME.fullmatch(tidy):
         raise BadInput(Statement("recording.bad_name", letters=MAX_NAME_LETTERS))
     return tidy
+
+
+def bare_name(name: str) -> str:
+    """A name without the ending of its file. Raises BadInput as `checked_name`."""
+    return checked_name(checked_name(name).removesuffix(ENDING))

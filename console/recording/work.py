@@ -381,7 +381,8 @@ class RecorderWorker:
 
     def cut(self, job: CutRecording) -> FinishedRecording:
         """Write a part to a file of its own. Raises BadInput, Unwritable."""
-        return FinishedRecording.of(write_excerpt(Path(job.path), Path(job.target), job.begin_s, job.end_s))
+        written = FinishedRecording.of(write_excerpt(Path(job.path), Path(job.target), job.begin_s, job.end_s))
+        return msgspec.structs.replace(written, note=self.read(ReadRecording(job.target)).note)
 
     def film(self, job: FilmRecording) -> bytes:
         """The map and the camera of a part, as an animated picture. Raises BadInput, Unavailable."""

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from msgspec import Raw
 
+from core.files import unfinished
 from core.gate import Twist
 from core.recording.frame_record import FrameRecord, RobotRecord
 from core.recording.mcap_writing import McapRecording, RecordedFile
@@ -20,13 +21,13 @@ from core.sensors.recordable import recordable
 class RobotRecording:
     """Reads a robot and writes what it senses."""
 
-    def __init__(self, robot: Robot, out: Path) -> None:
-        """Raises Unwritable."""
+    def __init__(self, robot: Robot, out: Path, part: Path | None = None) -> None:
+        """`part`: the name until it is finished, as for `McapRecording`. Raises Unwritable."""
         described = Raw(profile_to_json(robot.profile))
         self._robot = robot
         self._card: RobotRecord | None = RobotRecord(built=described, used=described)  # None: it was written
         self._encoder = RosEncoder(robot.profile.lasers, robot.profile.cameras)
-        self.file = McapRecording(out)
+        self.file = McapRecording(out, part)
 
     def add(self, logged: float | None = None) -> SensorFrame:
         """Write the next frame, received at `logged` [s] Unix time or at its own stamp → it. Raises Unwritable."""
@@ -63,7 +64,7 @@ def record_sample(name: str, out: Path) -> RecordedFile:
     robot = connect(sample.place, seed=1)
     for person in sample.people:
         robot.ask(person)
-    recording = RobotRecording(robot, out)
+    recording = RobotRecording(robot, out, unfinished(out))  # half a sample is none: it is made again
     try:
         for speed, turn_rate, seconds in sample.moves:
             for _ in range(round(seconds * robot.profile.rate)):

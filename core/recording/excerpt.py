@@ -7,10 +7,10 @@ from mcap.reader import McapReader, make_reader
 from mcap.records import Channel, Message, Schema
 
 from core.errors import BadInput
-from core.files import reason
+from core.files import reason, unfinished
 from core.recording.drive import NO_OWN_RECORDING, is_drive
 from core.recording.frame_record import ROBOT
-from core.recording.mcap_writing import BROKEN_RECORD, COPIED, NS_PER_S, McapRecording, RecordedFile
+from core.recording.mcap_writing import BROKEN_RECORD, NS_PER_S, McapRecording, RecordedFile
 from core.recording.ros_writing import LATCHED_TOPICS, RosMessage
 
 MIN_PART_S = 0.1
@@ -44,7 +44,7 @@ def _copied(reader: McapReader, source: Path, target: Path, begin_s: float, end_
     if end - begin < MIN_PART_S * NS_PER_S:
         length = (last - first) / NS_PER_S
         raise BadInput(f"A part begins before it ends, and lies between 0 and {length:.1f} s.")
-    other = McapRecording(target, COPIED)
+    other = McapRecording(target, unfinished(target))  # of one that is killed nothing is recovered: it is cut again
     try:
         _copy(reader, other, begin, end)
         return other.finish()

@@ -24,7 +24,7 @@ from core.files import reason
 from core.message import message
 from core.recording.ros_writing import LATCHED_QOS, LATCHED_TOPICS, RosMessage, definition, type_hash
 
-PART, COPIED = ".part", ".copied"  # behind the name of a recording that grows, or is cut out of another
+PART = ".part"  # behind the name of a recording that grows
 CHUNK_BYTES = 262_144  # of messages, packed together: a seek unpacks few of them
 FLUSH_PERIOD_S = 0.4  # [s] of messages that may be lost with the process
 NS_PER_S = 1_000_000_000
@@ -44,13 +44,13 @@ class RecordedFile:
 class McapRecording:
     """Writes one file. Raises Unwritable, from every method, where the disk does not take it."""
 
-    def __init__(self, path: Path, ending: str = PART) -> None:
-        """`path` ends in .mcap; `ending` is put behind it until the file is finished.
+    def __init__(self, path: Path, part: Path | None = None) -> None:
+        """`path` ends in .mcap; until the file is finished it is called `part`, None: PART is put behind its name.
 
         Raises Unwritable, too, where something stands at either.
         """
         self.path = path
-        self._part = path.with_name(path.name + ending)
+        self._part = part or path.with_name(path.name + PART)
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
         self._counts: Counter[str] = Counter()
@@ -133,6 +133,8 @@ class McapRecording:
                     self._writer.finish()
                     self._file.flush()
                     os.fsync(self._file.fileno())
+                    if self.path.exists():
+                        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST))
                     self._part.rename(self.path)
                     self._file.close()  # held until here: nobody recovers what is finished
                     self._ended = True

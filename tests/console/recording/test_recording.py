@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import errno
+import json
 import math
 import os
 import random
@@ -10,11 +12,13 @@ import shutil
 import signal
 import threading
 import time
-from collections.abc import Iterator
+import unicodedata
+from collections.abc import Coroutine, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 from mcap.reader import make_reader
@@ -22,14 +26,16 @@ from mcap.writer import Writer
 from rosbags.highlevel import AnyReader
 
 from console.access.roles import ANY_FILE
+from console.http.problems import Problem
 from console.maps.service import ITSELF
 from console.recording.service import RecordingService
 from console.recording.work import ReadRecording, RecorderWorker, RecoverRecordings
 from console.workers.worker import Worker, WorkerLost
 from core.errors import Refused, Unwritable
+from core.files import UNFINISHED, write_atomic
 from core.geometry import Pose, wrap
 from core.pipelines.slam import slam_log
-from core.recording import mcap_writing, open_log
+from core.recording import excerpt, mcap_writing, open_log
 from core.recording.drive import DriveRecording
 from core.recording.frame_record import WHOLE_MAP
 from core.recording.mcap_recovery import recovered
@@ -200,6 +206,92 @@ def test_a_recording_from_elsewhere_is_kept_as_it_came_and_can_be_opened(live: L
     nothing = put("x.mcap", b"")
     assert (nothing.status, nothing.json["detail"]) == (422, "x.mcap is empty; nothing was kept.")
     assert put("..%2Fx.log", b"x").status in (404, 415, 422)
+
+
+def test_every_recording_has_a_file_of_its_own_however_its_name_ends_or_is_written(live: Live, recorded: Any) -> None:
+    folder = live.home / "recordings"
+    for name, content in (("x.mcap.mcap", b"one"), ("x.mcap", b"another")):
+        (folder / name).write_bytes(content)
+    assert (
+        ask(live, "GET", "recordings/x.mcap").body == b"one" and ask(live, "GET", "recordings/x").body == b"another"
+    )
+    for status in (204, 404):
+        assert ask(live, "DELETE", "recordings/x.mcap").status == status and (folder / "x.mcap").is_file()
+    assert ask(live, "POST", "recordings/start", {"name": "y.mcap"}).json["name"] == "y"
+    assert ask(live, "POST", "recordings/stop").status == 200
+    assert ask(live, "PATCH", "recordings/y", {"name": "z.mcap"}).status == 204
+    decomposed = quote(unicodedata.normalize("NFD", "Küche.log"))  # as macOS writes it
+    taken = live.ask("PUT", f"/api/recordings/{decomposed}", raw=b"x", headers={"Content-Type": ANY_FILE})
+    assert taken.json["url"] == "log:Küche.log", taken.body
+    for name in ("x", "z", quote("Küche.log")):
+        assert ask(live, "DELETE", f"recordings/{name}").status == 204
+
+
+def test_of_two_that_are_given_one_name_at_once_one_is_refused_and_no_note_is_lost(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder, rename, slow = live.runtime.parts[RecordingService], Path.rename, [0.3, 0.0]
+
+    def slowly(path: Path, target: Path) -> Path:
+        time.sleep(0.2)
+        return rename(path, target)
+
+    def written(path: Path, content: bytes) -> None:
+        time.sleep(slow.pop(0))  # the first to begin is the last to end
+        write_atomic(path, content)
+
+    async def at_once(*work: Coroutine[Any, Any, None]) -> list[BaseException | None]:
+        return await asyncio.gather(*work, return_exceptions=True)
+
+    for name in ("one", "two"):
+        (live.home / "recordings" / f"{name}.mcap").write_bytes(name.encode())
+    with monkeypatch.context() as busy:
+        busy.setattr(Path, "rename", slowly)
+        ends = live.run(at_once(*(recorder.rewrite(name, None, "same") for name in ("one", "two"))))
+    assert [type(one) for one in ends] == [type(None), Problem]
+    assert (live.home / "recordings" / "same.mcap").read_bytes() == b"one"
+    with monkeypatch.context() as busy:
+        busy.setattr("console.recording.service.write_atomic", written)
+        live.run(at_once(recorder.rewrite("same", "of one", None), recorder.rewrite("two", "of two", None)))
+    notes = json.loads((live.home / "recordings.json").read_bytes())
+    assert (notes["same"]["note"], notes["two"]["note"]) == ("of one", "of two")
+    for name in ("same", "two"):
+        assert ask(live, "DELETE", f"recordings/{name}").status == 204
+
+
+def test_a_note_that_came_in_a_file_is_kept_as_any_other(live: Live, recorded: Any) -> None:
+    part = ask(live, "POST", "recordings/a%20turn/export", {"from_s": 0, "to_s": 1}).json
+    headers = {"Content-Type": ANY_FILE}
+    assert live.ask("PUT", "/api/recordings/theirs.mcap", raw=recorded[1].read_bytes(), headers=headers).status == 201
+    notes = json.loads((live.home / "recordings.json").read_bytes())
+    for name in (part["name"], "theirs"):
+        assert notes[name]["note"] == "of the suite", "without a note it would be deleted to make room"
+        assert ask(live, "DELETE", f"recordings/{quote(name)}").status == 204
+
+
+def test_a_part_whose_cutting_was_killed_is_cut_again(recorded: Any, tmp_path: Path) -> None:
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    target = tmp_path / "part.mcap"
+    with pytest.MonkeyPatch.context() as process:
+        process.setattr(excerpt, "_copy", killed)
+        process.setattr(McapRecording, "discard", lambda _: None)
+        with pytest.raises(KeyboardInterrupt):
+            excerpt.write_excerpt(recorded[1], target, 0.0, 1.0)
+    [left] = tmp_path.iterdir()
+    assert left.name.startswith(".") and left.name.endswith(UNFINISHED), (
+        "nobody sees it, and the next start removes it"
+    )
+    assert excerpt.write_excerpt(recorded[1], target, 0.0, 1.0).path == target
+
+
+def test_a_recording_that_ends_takes_the_place_of_no_other(tmp_path: Path) -> None:
+    recording = McapRecording(tmp_path / "a.mcap")
+    (tmp_path / "a.mcap").write_bytes(b"another")
+    with pytest.raises(Unwritable, match="File exists"):
+        recording.finish()
+    assert (tmp_path / "a.mcap").read_bytes() == b"another" and (tmp_path / "a.mcap.part").is_file()
 
 
 def test_nothing_takes_the_name_of_a_recording_that_runs(live: Live, recorded: Any) -> None:
