@@ -32,11 +32,13 @@ MAX_PIXELS = 25_000_000
 MAX_YAML_BYTES = 65_536
 MAX_PICTURE_BYTES = 200_000_000  # unpacked
 FAR_M = 100_000.0
+MIN_CELL_M, MAX_CELL_M = 0.001, 1.0
 TRUE_WORDS, FALSE_WORDS = ("1", "true", "yes", "y", "on"), ("0", "false", "no", "n", "off")  # as Nav2 reads them
 MAC_SIDE_FILE = "._"  # how the names of files begin that macOS puts beside others in a zip
 PICTURE_ENDINGS = (".pgm", ".png", ".bmp")
 PGM_GAP = rb"(?:\s|#[^\n]*\n)+"
-PGM_HEAD = re.compile(rb"(P[25])%b(\d{1,9})%b(\d{1,9})%b(\d{1,9})\s" % (PGM_GAP, PGM_GAP, PGM_GAP))
+PGM_HEAD = re.compile(rb"(P[25])%b(\d{1,9})%b(\d{1,9})%b(\d{1,9})(?:\r\n|\s)" % (PGM_GAP, PGM_GAP, PGM_GAP))
+PGM_COMMENT = re.compile(rb"#[^\n]*\n")  # behind the head, where some programs write them
 PNG_HEAD, BMP_HEAD = b"\x89PNG\r\n\x1a\n", b"BM"
 SURE_LOG_ODDS = 4.0  # of a cell that a map says to be occupied or free
 EVEN_LOG_ODDS = 0.01  # of a cell of 50 %: it is known, and neither
@@ -120,19 +122,24 @@ def read_nav2_map(text: bytes, picture: bytes) -> Nav2Cells:
     Shade s of a pixel: the mean of its channels (in trinary also of its opacity); occupancy p = 1 - s, with `negate`
     p = s. Trinary: occupied for p ≥ occupied_thresh, free for p ≤ free_thresh. Scale: in between 0 to 100, and what
     is not opaque is unknown. Raw: the pixel itself where it is at most 100; `negate` and thresholds do not count.
+    Other than there, the grey that Nav2 writes for unknown is not free in trinary: with the free_thresh of 0.25 that
+    it writes beside, its own unknown cells would come back as floor.
     """
     settings = _settings(text)
     mode: Any = settings.get("mode", "trinary")
     if mode not in ("trinary", "scale", "raw"):
         raise BadInput(Statement("nav2.bad_key", key="mode", value=mode))
-    resolution = _number(settings, "resolution", 0.001, 10.0)
+    resolution = _number(settings, "resolution", 0.0, FAR_M)
+    if not MIN_CELL_M <= resolution <= MAX_CELL_M:
+        raise BadInput(Statement("nav2.cell_size", metres=f"{resolution:g}"))
     free, occupied = (_number(settings, key, 0.0, 1.0) for key in ("free_thresh", "occupied_thresh"))
     if free >= occupied:
         raise BadInput(Statement("nav2.thresholds", free=f"{free:g}", occupied=f"{occupied:g}"))
     negate = str(settings.get("negate", 0)).lower()
     if negate not in TRUE_WORDS + FALSE_WORDS:
         raise BadInput(Statement("nav2.bad_key", key="negate", value=settings["negate"]))
-    shade, opaque = _shades(_pixels(picture), mode)
+    pixels = _pixels(picture)
+    shade, opaque = _shades(pixels, mode)
     p = shade if negate in TRUE_WORDS else 1.0 - shade
     values = np.full(shade.shape, UNKNOWN_VALUE, np.int8)
     if mode == "raw":
@@ -143,6 +150,9 @@ def read_nav2_map(text: bytes, picture: bytes) -> Nav2Cells:
             values[:] = np.rint(np.clip((p - free) / (occupied - free), 0.0, 1.0) * OCCUPIED_VALUE)
         values[p >= occupied] = OCCUPIED_VALUE
         values[p <= free] = FREE_VALUE
+        if mode == "trinary":
+            unknown = (pixels[..., : 1 if pixels.shape[2] < 3 else 3] == UNKNOWN_PIXEL).all(axis=2)
+            values[unknown & (values == FREE_VALUE)] = UNKNOWN_VALUE
         if mode == "scale":
             values[~opaque] = UNKNOWN_VALUE
     return Nav2Cells(np.ascontiguousarray(values[::-1]), resolution, _origin(settings), mode)
@@ -223,6 +233,8 @@ def _origin(settings: dict[str, Any]) -> tuple[float, float, float]:
         isinstance(one, bool) or not isinstance(one, int | float) or not abs(one) <= FAR_M for one in origin
     ):
         raise BadInput(Statement("nav2.bad_key", key="origin", value=origin))
+    if abs(origin[2]) > math.tau:
+        raise BadInput(Statement("nav2.turn", turn=f"{origin[2]:g}"))
     return float(origin[0]), float(origin[1]), float(origin[2])
 
 
@@ -255,6 +267,11 @@ def _pgm_pixels(head: re.Match[bytes], picture: bytes) -> Array:
         raise BadInput(Statement("nav2.picture"))
     rest = picture[head.end() :]
     if kind == b"P5":
+        size = width * height * (2 if most > 255 else 1)
+        while (comment := PGM_COMMENT.match(rest)) is not None and len(rest) - comment.end() >= size:
+            rest = rest[comment.end() :]
+        if rest[size:].strip(b"\0\t\r\n "):
+            raise BadInput(Statement("nav2.pgm_head", width=width, height=height, most=most))
         levels = np.frombuffer(rest[: len(rest) // 2 * 2] if most > 255 else rest, ">u2" if most > 255 else np.uint8)
     else:
         try:
@@ -263,7 +280,9 @@ def _pgm_pixels(head: re.Match[bytes], picture: bytes) -> Array:
             raise BadInput(Statement("nav2.picture")) from None
     if len(levels) < width * height:
         raise BadInput(Statement("nav2.picture"))
-    levels = np.minimum(levels[: width * height], most)
+    levels = levels[: width * height]
+    if levels.min() < 0 or levels.max() > most:
+        raise BadInput(Statement("nav2.pgm_head", width=width, height=height, most=most))
     return np.rint(levels * (255.0 / most)).astype(np.uint8).reshape(height, width, 1)
 
 

@@ -20,6 +20,7 @@ MOST_BYTES = 2**20
 PLUMB_BOB = ("plumb_bob", "radtan", "opencv", "opencv4", "opencv5", "brown_conrady", "none")
 RATIONAL = ("rational_polynomial", "rational", "opencv8", "opencv12")  # with zeros from k4 on it is plumb_bob
 PINHOLE = ("pinhole", "")
+INVERSE = "inverse_brown_conrady"  # of RealSense; with zeros it is plumb_bob
 MODEL_NAMES = (
     "camera_model",
     "camera_type",
@@ -28,7 +29,11 @@ MODEL_NAMES = (
     "lensmodel",
     "Camera.type",
     "projection",
+    "model",
+    "lens_model",
 )
+OTHER_MODEL = re.compile(r"fish|equi|kannala|brandt|omni|ocam|mei|eucm|sphere|theta|unified|inverse", re.IGNORECASE)
+DISTORTION_KEY = re.compile(r"(?!.*model)(dist(?!a)|.*distor|.*coef)", re.IGNORECASE)  # other names of these numbers
 MATRICES = ("camera_matrix", "K", "k", "cameraIntrinsics", "cameraMatrix")
 DISTORTIONS = (
     "distortion_coefficients",
@@ -39,10 +44,17 @@ DISTORTIONS = (
     "cameraExtrinsics",  # PhotonVision's name for them in older files
     "distortion_coeffs",
     "dist_coeffs",
+    "coeffs",
+    "distortion",
 )
 SIZES = ("image_size", "resolution", "img_size", "imageSize")
-MIN_SHRINK_RATIO = 1.6  # the picture's middle over the principal point, from which a picture was shrunk …
-MAX_ASPECT_RATIO = 1.25  # … by binning, where it is alike across and down
+MIN_SHRINK_RATIO = 1.45  # the picture's middle over the principal point, from which a picture was shrunk …
+MAX_ASPECT_RATIO = 1.45  # … by binning, where it is alike across and down, but for 4:3 and 16:9
+SWAPPED_OFF_SHARE, RIGHT_OFF_SHARE = (
+    0.1,
+    0.06,
+)  # of a side from the middle: of a size with its sides exchanged, or not
+MAX_SKEW_PX = 1e-3  # in a matrix that some programs print with the rest of a division
 CAMERA_NAME = "camera"
 
 
@@ -136,12 +148,18 @@ def parse_camera(text: str) -> CameraModel:
         document = _read_xml(begins)
     else:
         document = read_json(begins) if begins.startswith("{") else read_yaml(_first_document(text))
-    for wrapping in ("camera", "cam0"):
+    if len(several := sorted(name for name in document if re.fullmatch(r"cam\d+", name))) > 1:
+        raise BadInput(
+            f"It holds {len(several)} cameras ({', '.join(several[:4])}); leave only the one that is meant"
+        )
+    for wrapping in ("camera", *several):
         if isinstance(document.get(wrapping), dict):
             document = document[wrapping]
     if "fx" in document:  # the output of `calibrate camera --json`
-        fx, fy, cx, cy = (document.get(name) for name in ("fx", "fy", "cx", "cy"))
-        terms = [document.get(name, 0.0) for name in ("k1", "k2", "p1", "p2", "k3")]
+        fx, fy = document["fx"], document.get("fy")
+        cx, cy = (document.get(name, document.get(f"pp{name[1]}")) for name in ("cx", "cy"))  # RealSense's names
+        terms: Any = [document.get(name, 0.0) for name in ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")]
+        terms = terms if "k1" in document else _distortion(document)
         return _model(_size(document), [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]], terms, _kind(document))
     if not any(name in document for name in (*MATRICES, "intrinsics")):
         named = _named_model(document)
@@ -149,7 +167,7 @@ def parse_camera(text: str) -> CameraModel:
             raise _other_model(named)
         raise BadInput("It holds no camera: expected ROS camera_info, OpenCV, Kalibr or Beckon's own JSON.")
     matrix = _first(document, MATRICES) or _kalibr_matrix(document)
-    return _model(_size(document), matrix, _first(document, DISTORTIONS), _kind(document))
+    return _model(_size(document), matrix, _distortion(document), _kind(document))
 
 
 def read_json(text: str) -> dict[str, Any]:
@@ -240,6 +258,14 @@ def _kalibr_matrix(document: dict[str, Any]) -> Any:
     return [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
 
 
+def _distortion(document: dict[str, Any]) -> Any:
+    """The distortion's numbers; None where nothing in the file speaks of any. Raises BadInput."""
+    terms, kind = _first(document, DISTORTIONS), _kind(document)
+    if terms is None and (kind not in ("", "none") or any(map(DISTORTION_KEY.match, document))):
+        raise BadInput(f"It holds no list {DISTORTIONS[0]}; write zeros there if the lens has no distortion")
+    return terms
+
+
 def _size(document: dict[str, Any]) -> Any:
     for width, height in (("image_width", "image_height"), ("width", "height"), ("img_width", "img_height")):
         if width in document or height in document:
@@ -256,11 +282,14 @@ def _kind(document: dict[str, Any]) -> str:
     named = _lower(document.get("distortion_model", document.get("dist_model")))
     if camera not in (*PINHOLE, *PLUMB_BOB, *RATIONAL):
         raise _other_model(camera)  # Kalibr names the projection too: omni, ds, eucm
-    return named or ("" if camera in PINHOLE else camera)
+    if named or camera not in PINHOLE:
+        return named or camera
+    others = (_lower(document.get(name)) for name in MODEL_NAMES)
+    return next((one for one in others if OTHER_MODEL.search(one)), "")
 
 
 def _lower(entry: Any) -> str:
-    return str(entry or "").strip().lower().removeprefix("lensmodel_")
+    return str(entry or "").strip().lower().removeprefix("lensmodel_").removeprefix("distortion.")
 
 
 def _named_model(document: Any) -> str:
@@ -287,8 +316,14 @@ def _model(size: Any, matrix: Any, distortion: Any, kind: str) -> CameraModel:
         raise BadInput("the image size must be two whole numbers of pixels")
     fx, fy, cx, cy = _pinhole(matrix)
     k1, k2, p1, p2, k3 = (list(_terms(distortion, kind)[:5]) + [0.0] * 5)[:5]
-    if not (fx > 0 and fy > 0 and 0 < cx < width and 0 < cy < height):
-        raise BadInput("focal lengths must be positive and the principal point must lie in the picture")
+    if not (fx > 0 and fy > 0 and 1 < cx < width and 1 < cy < height):
+        raise BadInput("focal lengths must be positive and the principal point must lie in the picture, in pixels")
+
+    def off(wide: float, high: float) -> float:
+        return max(abs(cx / wide - 0.5), abs(cy / high - 0.5))
+
+    if off(width, height) > SWAPPED_OFF_SHARE and off(height, width) < RIGHT_OFF_SHARE:
+        raise refusal("camera.swapped_size", width=int(width), height=int(height), seen=f"({cx:.0f}, {cy:.0f})")
     smaller = (width / (2 * cx), height / (2 * cy))
     if min(smaller) > MIN_SHRINK_RATIO and max(smaller) < MAX_ASPECT_RATIO * min(smaller):
         times = f"{sum(smaller) / 2:.1f}"
@@ -302,16 +337,21 @@ def _model(size: Any, matrix: Any, distortion: Any, kind: str) -> CameraModel:
 
 def _pinhole(matrix: Any) -> tuple[float, float, float, float]:
     camera = np.array(_numbers(matrix, "camera matrix", (9,))).reshape(3, 3)
-    if not np.array_equal(camera[2], [0, 0, 1]) or camera[1, 0] != 0 or camera[0, 1] != 0:
+    if not camera.any():
+        raise BadInput("the camera matrix is all zeros: the camera was not calibrated when the file was written")
+    camera /= camera[2, 2] or 1.0
+    if not np.array_equal(camera[2], [0, 0, 1]) or np.abs(camera[[1, 0], [0, 1]]).max() > MAX_SKEW_PX:
         raise BadInput("the camera matrix must read [fx 0 cx; 0 fy cy; 0 0 1]")
     return float(camera[0, 0]), float(camera[1, 1]), float(camera[0, 2]), float(camera[1, 2])
 
 
 def _terms(distortion: Any, kind: str) -> list[float]:
     """The distortion's numbers, if they are plumb_bob's or the same lens under another name. Raises BadInput."""
-    if kind not in (*PLUMB_BOB, *RATIONAL, ""):
+    if kind not in (*PLUMB_BOB, *RATIONAL, INVERSE, ""):
         raise _other_model(kind)
     terms = _numbers(distortion, "distortion", (0, 4, 5, 8, 12, 14)) if distortion is not None else []
+    if kind == INVERSE and any(terms):
+        raise _other_model(kind)
     if not kind and len(terms) == 4 and any(terms):
         raise refusal("camera.unnamed_model")
     if any(terms[5:]):
@@ -338,8 +378,13 @@ def _numbers(entry: Any, what: str, counts: tuple[int, ...]) -> list[float]:
 MIN_VIEW, MAX_VIEW = np.radians(0.5), np.radians(160.0)  # field of view across and down
 MAX_ASPECT = 3.0  # between the focal lengths across and down
 MAX_COEFFICIENT = 1e9
+MAX_STRETCH = 1.6  # by the distortion, of the way from the picture's middle
+MAX_ASIDE = 0.06  # of the picture's longer side, by which p1 and p2 move a point
 MAX_ERROR_PX = 1.0  # there and back
 MAX_UNREACHED = 0.1  # share of the picture, in its corners, that no ray may reach
+BEYOND_LENSES = (
+    "A distortion coefficient is far beyond that of any lens; check k1, k2, p1, p2 and k3, which stand in this order."
+)
 GRID_POINTS = 33  # points across and down, the rim included
 
 
@@ -348,7 +393,7 @@ def check_lens(model: CameraModel) -> None:
     if not 1 / MAX_ASPECT <= model.fx / model.fy <= MAX_ASPECT:
         raise BadInput(f"The focal lengths fx and fy differ by more than a factor of {MAX_ASPECT:g}; check both.")
     if np.abs(model.distortion).max() > MAX_COEFFICIENT:
-        raise BadInput("A distortion coefficient is far beyond that of any lens; check k1, k2, p1, p2 and k3.")
+        raise BadInput(BEYOND_LENSES)
     u, v = np.linspace(0, model.width, GRID_POINTS), np.linspace(0, model.height, GRID_POINTS)
     pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
     with np.errstate(all="ignore"):
@@ -361,11 +406,23 @@ def check_lens(model: CameraModel) -> None:
         share = f"{100 * lost:.0f} % of the picture"
         raise BadInput(f"The camera's distortion cannot be inverted in {share}; calibrate the camera again.")
     angles = np.arctan(np.where(reached[..., None], rays.reshape(GRID_POINTS, GRID_POINTS, 2), np.nan))
-    for name, angle in (("across", angles[GRID_POINTS // 2, :, 0]), ("down", angles[:, GRID_POINTS // 2, 1])):
-        view = float(np.nanmax(angle) - np.nanmin(angle))
+    for name, angle, wide in (
+        ("across", angles[GRID_POINTS // 2, :, 0], model.width / model.fx),
+        ("down", angles[:, GRID_POINTS // 2, 1], model.height / model.fy),
+    ):
+        view = max(float(np.nanmax(angle) - np.nanmin(angle)), 2 * float(np.arctan(wide / 2)))
         if not MIN_VIEW <= view <= MAX_VIEW:
             low, high = np.degrees((MIN_VIEW, MAX_VIEW))
             raise BadInput(
                 f"The camera's field of view {name} is {np.degrees(view):.3g} degrees; this model holds for "
                 f"{low:g} to {high:g}. Check fx, fy and the distortion, or calibrate the camera again."
             )
+    x, y = rays[reached.ravel()].T
+    square = x * x + y * y
+    aside = np.hypot(
+        model.fx * (2 * model.p1 * x * y + model.p2 * (square + 2 * x * x)),
+        model.fy * (2 * model.p2 * x * y + model.p1 * (square + 2 * y * y)),
+    )
+    stretch = 1 + square * (model.k1 + square * (model.k2 + square * model.k3))
+    if aside.max() > MAX_ASIDE * max(model.width, model.height) or stretch.max() > MAX_STRETCH:
+        raise BadInput(BEYOND_LENSES)

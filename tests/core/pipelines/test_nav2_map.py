@@ -135,11 +135,32 @@ def test_a_pgm_of_other_depths_is_scaled_to_its_brightest() -> None:
 
 
 @pytest.mark.parametrize(
+    ("head", "end"),
+    [(b"P5\r\n14 9\r\n255\r\n", b""), (b"P5\n14 9\n255\n# by hand\n# twice\n", b""), (b"P5\n14 9\n255\n", b"\n")],
+)
+def test_lines_of_windows_and_comments_behind_the_head_shift_no_pixel(head: bytes, end: bytes) -> None:
+    picture = drawn(1, 1)
+    picture[0, :2] = 35, 10  # as a comment begins and ends
+    read = read_nav2_map(yaml_of("raw").encode(), head + picture.tobytes() + end)
+    assert np.array_equal(read.values, read_nav2_map(yaml_of("raw").encode(), pgm(picture)).values)
+
+
+def test_the_grey_that_nav2_saves_for_unknown_is_no_floor_with_its_own_thresholds() -> None:
+    saved = yaml_of(occupied_thresh=0.65, free_thresh=0.25).encode()
+    grey = np.array([[0, 205, 254]], np.uint8)
+    opaque = np.dstack([grey] * 3 + [np.full_like(grey, 255)])
+    for picture in (pgm(grey), png_of(grey), png_of(opaque)):
+        assert read_nav2_map(saved, picture).values.tolist() == [[100, -1, 0]]
+
+
+@pytest.mark.parametrize(
     ("text", "picture", "says"),
     [
         (yaml_of(mode="odd"), pgm(drawn(1, 1)), "mode"),
         (yaml_of(resolution=0), pgm(drawn(1, 1)), "resolution"),
         (yaml_of(resolution="x"), pgm(drawn(1, 1)), "resolution"),
+        (yaml_of(resolution=5), pgm(drawn(1, 1)), "Write metres"),
+        (yaml_of(origin=[1, 2, 90.0]), pgm(drawn(1, 1)), "degrees"),
         (yaml_of(origin=[1, 2]), pgm(drawn(1, 1)), "origin"),
         (yaml_of(origin=[1, 2, float("nan")]), pgm(drawn(1, 1)), "origin"),
         (yaml_of(negate=7), pgm(drawn(1, 1)), "negate"),
@@ -148,6 +169,10 @@ def test_a_pgm_of_other_depths_is_scaled_to_its_brightest() -> None:
         ("{", pgm(drawn(1, 1)), "YAML"),
         (yaml_of(), pgm(drawn(1, 1))[:-5], "cut off"),
         (yaml_of(), png_of(drawn(3, 1))[:60], "cut off"),
+        (yaml_of(), b"P5 13 9 255\n" + drawn(1, 1).tobytes(), "13 by 9"),
+        (yaml_of(), b"P5 14 9 255\n" + drawn(1, 1).astype(">u2").tobytes(), "holds more"),
+        (yaml_of(), b"P5 14 9 100\n" + drawn(1, 1).tobytes(), "brighter"),
+        (yaml_of(), b"P2 2 1 255\n0 -1", "brighter"),
         (yaml_of(), b"P5 100000 100000 255\n", "cells"),
         (yaml_of(), b"P5 " + b"9" * 5000 + b" 1 255\n", "PGM"),
         (yaml_of(), b"", "PGM"),

@@ -163,6 +163,13 @@ GOOD = {"image_size": [640, 480], "K": [[500, 0, 320], [0, 500, 240], [0, 0, 1]]
         ({"dist": [0, 0, 0, 0, 0, 0.1, 0, 0]}, "beyond"),
         ({"dist_model": "equidistant"}, "equidistant"),
         ({"K": None}, "camera matrix"),
+        ({"K": [0] * 9}, "not calibrated"),
+        ({"K": [500, 0, 0.5, 0, 500, 0.5, 0, 0, 1]}, "in pixels"),
+        ({"K": [4.2, 0, 320, 0, 4.2, 240, 0, 0, 1], "dist": [-0.25, 0.09, 0, 0, 0]}, "field of view across is 178"),
+        ({"dist": [0.0, -5e-4, 1e-3, 0.06, -0.05]}, "in this order"),
+        ({"dist": [25.0, 9.0, 0, 0, 0]}, "far beyond"),
+        ({"dist": None, "dist_model": "plumb_bob"}, "write zeros"),
+        ({"dist": None, "distortionCoefs": [0.1, 0, 0, 0, 0]}, "write zeros"),
     ],
 )
 def test_a_camera_file_that_makes_no_sense_is_refused_in_words(change: dict[str, object], words: str) -> None:
@@ -207,6 +214,7 @@ XML = """<?xml version="1.0"?>
 <distortion_coefficients type_id="opencv-matrix"><rows>4</rows><cols>1</cols><dt>d</dt>
 <data> -2.5e-01 9.e-02 5.0e-04 -4e-04</data></distortion_coefficients>
 </opencv_storage>"""
+REALSENSE = {"width": 640, "height": 480, "fx": 520, "fy": 520, "ppx": 322, "ppy": 236, "coeffs": [0.1, 0, 0, 0, 0]}
 OCAM = "#polynomial coefficients for the DIRECT mapping function (ocam_model.ss in MATLAB)\n5 -200.0 0.0 1e-3"
 
 
@@ -222,6 +230,9 @@ OCAM = "#polynomial coefficients for the DIRECT mapping function (ocam_model.ss 
         json.dumps(PHOTONVISION),
         json.dumps(LIMELIGHT | {"distortion_coefficients": [[*TERMS, 0.0]]}),
         XML.format(fisheye=0),
+        json.dumps(ECHO | {"K": [520.0, 1e-13, 322.0, 0.0, 520.0, 236.0, 0.0, 0.0, 1.0]}),
+        json.dumps(ECHO | {"K": [2.0 * number for number in ROW]}),
+        json.dumps(LENS | {"width": 640, "height": 480, "model": "brown_conrady"}),
     ],
 )
 def test_the_same_lens_is_read_from_what_other_programs_write(text: str) -> None:
@@ -253,6 +264,15 @@ def test_the_same_lens_is_read_from_what_other_programs_write(text: str) -> None
         (json.dumps(LIMELIGHT), "camera.unnamed_model", {}),
         (json.dumps(ECHO | {"D": [*TERMS, 0.0, 0.1, 0.0, 0.0]}), "camera.rational", {}),
         (json.dumps(ECHO | {"width": 2560, "height": 1920}), "camera.binned", {"width": "2560x1920"}),
+        (json.dumps(ECHO | {"width": 1920, "height": 1080}), "camera.binned", {"width": "1920x1080"}),
+        (
+            json.dumps(ECHO | {"width": 480, "height": 640}),
+            "camera.swapped_size",
+            {"size": "middle of a picture of 640"},
+        ),
+        (json.dumps(LENS | {"width": 640, "height": 480, "k4": 0.3}), "camera.rational", {}),
+        (json.dumps(REALSENSE | {"model": "kannala_brandt4"}), "camera.other_model", {"model": "kannala"}),
+        (json.dumps(REALSENSE | {"model": "distortion.inverse_brown_conrady"}), "camera.other_model", {}),
     ],
 )
 def test_a_file_for_another_lens_model_or_size_is_refused_by_its_name(
@@ -262,6 +282,18 @@ def test_a_file_for_another_lens_model_or_size_is_refused_by_its_name(
         parse_camera(text)
     assert CHECKS[code].sentence.split("{")[0] in str(told.value)
     assert all(value in str(told.value) for value in values.values())
+
+
+def test_realsense_cameras_without_distortion_are_read_whatever_their_model() -> None:
+    told = REALSENSE | {"model": "distortion.inverse_brown_conrady", "coeffs": [0.0] * 5}
+    model = parse_camera(json.dumps(told))
+    assert (model.cx, model.cy, model.fx, model.distortion.any()) == (322.0, 236.0, 520.0, False)
+
+
+def test_of_several_cameras_none_is_taken() -> None:
+    with pytest.raises(BadInput, match=r"2 cameras \(cam0, cam1\)"):
+        parse_camera(json.dumps({"cam1": KALIBR, "cam0": KALIBR}))
+    assert parse_camera(json.dumps({"cam1": KALIBR})).fx == 520.0
 
 
 @pytest.mark.parametrize(
