@@ -12,6 +12,8 @@ from core.navigation.obstacle import why_no_headway
 from core.navigation.steering import Arrival, StallDetector, spin
 from core.sentences import Statement
 
+JUMP_RAD = 0.05  # beyond the fastest turn, from which the estimate has jumped: the robot's place was found again
+
 
 @dataclass(frozen=True, kw_only=True)
 class Turn(CommandSpec):
@@ -34,21 +36,23 @@ class Turn(CommandSpec):
 
 
 class Turning:
-    """A turn under way: closes the heading that the estimator reports, and waits until it stays."""
+    """A turn under way: closes the heading that the estimator reports, and waits until it stays.
+
+    Where the estimate jumps, the wheels say how far the robot turned.
+    """
 
     def __init__(self, angle: float, ctx: ControlContext) -> None:
         """`angle` [rad], counter-clockwise."""
         self._angle = angle
         self._left = angle
-        self._heading = ctx.pose.heading
+        self._heading, self._stamp = ctx.pose.heading, ctx.stamp
         self._arrival = Arrival(ctx.steering.heading_tolerance, ctx.steering)
         self._headway = StallDetector(0.05, ctx.steering.stalled_after)
         self._deadline = ctx.stamp + 2 * abs(angle) / ctx.body.turn + 2.0 + ctx.steering.settle
 
     def drive(self, ctx: ControlContext) -> Progress:
         """Take one frame."""
-        self._left -= wrap(ctx.pose.heading - self._heading)
-        self._heading = ctx.pose.heading
+        self._left -= self._turned(ctx)
         soon = self._left - ctx.turn_rate * ctx.steering.turn_lead
         there = self._arrival.reached(min(abs(soon), abs(self._left)), ctx.stamp)
         if self._arrival.settled(ctx.stamp):
@@ -59,6 +63,13 @@ class Turning:
         if ctx.stamp > self._deadline:
             return Progress(finished="failed", remark=Statement("command.turn_too_long"))
         return Progress(twist=Twist(0.0, rate), fraction=max(0.0, 1 - abs(self._left) / max(abs(self._angle), 1e-6)))
+
+    def _turned(self, ctx: ControlContext) -> float:
+        """Return the turn [rad] since the frame before."""
+        turned, elapsed = wrap(ctx.pose.heading - self._heading), ctx.stamp - self._stamp
+        self._heading, self._stamp = ctx.pose.heading, ctx.stamp
+        jumped = abs(turned) > ctx.body.max_turn_rate * elapsed + JUMP_RAD
+        return ctx.turn_rate * elapsed if jumped else turned
 
 
 TURN_LEFT = Turn(

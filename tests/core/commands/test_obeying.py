@@ -38,6 +38,19 @@ def test_a_whole_turn_goes_all_the_way_round() -> None:
     assert turned == pytest.approx(2 * math.pi, abs=0.01)
 
 
+@pytest.mark.parametrize("jump", [-2.0, 0.6, 3.1])
+def test_a_turn_goes_as_far_as_was_said_where_the_robot_finds_its_place_in_the_middle(jump: float) -> None:
+    stage = Stage()
+    action, turned, finished = stage.begin("turn left"), 0.0, ""
+    while not finished:
+        stage.jump = Pose(0.5, 0.2, jump) if turned > 0.8 else Pose()
+        last = stage.pose.heading
+        finished = stage.step(action).finished
+        turned += wrap(stage.pose.heading - last)
+    assert finished == "done"
+    assert turned == pytest.approx(math.pi / 2, abs=0.04)
+
+
 @settings(max_examples=20, deadline=None)
 @given(st.floats(0.05, 4.0), st.floats(-3.0, 3.0))
 def test_continue_goes_straight_for_its_distance(distance: float, heading: float) -> None:

@@ -94,9 +94,11 @@ def test_a_carried_robot_stands_refuses_freezes_the_map_and_finds_back_by_turnin
     assert outing.now.notices[-1].text == outing.now.floor.lost.words  # one notice, in the words of now
     while_lost = outing.now.grid.log_odds
     assert while_lost.shape == cells.shape and (while_lost == cells).all()
-    outing.told = 100
+    outing.told, before = 100, outing.now.truth
     outing.obey("turn left")
     assert outing.now.floor.lost is None
+    assert before is not None and outing.now.truth is not None
+    assert abs(wrap(outing.now.truth.heading - before.heading) - math.pi / 2) < math.radians(4)
     assert any(notice.text.startswith("I know where I am again") for notice in outing.now.notices)
     distance, angle = outing.error()
     assert distance < 0.1 and angle < math.radians(3)
