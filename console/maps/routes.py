@@ -234,7 +234,7 @@ class RouteService(Part):
         run = self._running(who)
         if run.state == "waiting" and run.rests:
             self._lease.check_not_anothers(who)
-            self._begin_round(run)
+            self._try_again(run)
         elif run.state == "waiting" and run.here.action == "wait_for_continue":
             self._lease.check_not_anothers(who)
             self._next(run)
@@ -298,7 +298,7 @@ class RouteService(Part):
             self._try_again(run)
         elif run.state == "waiting" and run.rests:
             if self._rest(run) == 0.0:  # by the clock, which goes on while the computer sleeps, and may be set
-                self._begin_round(run)
+                self._try_again(run)
         elif run.state == "waiting" and now >= run.until and not self._is_held(run):
             self._next(run)
 
@@ -388,6 +388,7 @@ class RouteService(Part):
     def _rest(self, run: RouteRun) -> float:
         """How long [s] until its next round may begin."""
         route, now = run.route, self.clock()
+        run.round_at = min(run.round_at, now)  # the clock was set back
         soonest = run.round_at + 60.0 * route.every_min if run.round_at else now
         return max(0.0, seconds_until_open(route.begins, route.ends, max(now, soonest)) + max(0.0, soonest - now))
 
@@ -396,10 +397,6 @@ class RouteService(Part):
         run.state, run.rests = "waiting", True
         run.reason = Statement("routes.next_round", when=when)
         self._keep()
-
-    def _begin_round(self, run: RouteRun) -> None:
-        run.rests, run.round_at = False, self.clock()
-        self._try_again(run)
 
     def _come_here(self, run: RouteRun) -> None:
         """Go from the stop to who called last; who cannot be found is left alone."""
@@ -452,7 +449,9 @@ class RouteService(Part):
             entry = self._dispatcher.dispatch(command, SOURCE, run.owner)
         finally:
             self._own = False
-        run.command, run.state, run.reason, run.rests = entry.id, "driving", "", False
+        if run.rests:
+            run.rests, run.round_at = False, self.clock()
+        run.command, run.state, run.reason = entry.id, "driving", ""
 
     def _blocked(self, run: RouteRun, why: str, now: float) -> None:
         """The stop was not reached: try again after a while, then leave it out on a round, else end."""

@@ -451,6 +451,30 @@ def test_between_two_rounds_there_is_no_stop_to_leave_out(live: Live, monkeypatc
     assert run is not None and not run.rests and run.round_at == night
 
 
+def test_a_round_that_is_begun_after_a_pause_counts_from_then(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    service = live.runtime.parts[RouteService]
+    night = time.mktime((2026, 3, 2, 22, 0, 0, 0, 0, -1))
+    monkeypatch.setattr(service, "clock", lambda: night)
+    late = {"name": "late", "stops": [{"place": "desk"}], "loop": True, "begins": "08:30", "ends": "17:00"}
+    call(live, "POST", "/api/routes", {**late, "every_min": 60.0}, status=201)
+    call(live, "POST", "/api/routes/late/start", {"unattended": True}, status=202)
+    assert call(live, "POST", "/api/route/pause", {})["state"] == "paused"
+    noon = night + 14 * 3600
+    monkeypatch.setattr(service, "clock", lambda: noon)
+    assert call(live, "POST", "/api/route/resume", {})["state"] == "driving"
+    assert service.run_now is not None and service.run_now.round_at == noon
+
+
+def test_rounds_go_on_after_the_clock_was_set_back(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    service, now = live.runtime.parts[RouteService], 1e9
+    hourly = RouteMark("hourly", (RouteStop("desk"),), loop=True, every_min=60.0)
+    run = RouteRun(hourly, Person("a", "anna"), unattended=True, round_at=now + 1e8)
+    monkeypatch.setattr(service, "clock", lambda: now)
+    assert live.on_loop(lambda: service._rest(run)) == 3600.0
+    monkeypatch.setattr(service, "clock", lambda: now + 600)
+    assert live.on_loop(lambda: service._rest(run)) == 3000.0
+
+
 def test_hours_may_lie_over_midnight() -> None:
     at = time.mktime((2026, 3, 2, 23, 0, 0, 0, 0, -1))
     assert seconds_until_open("22:00", "06:00", at) == seconds_until_open("", "", at) == 0.0
