@@ -151,8 +151,13 @@ test("a history that could not be read is read again with the next state, and a 
   }
   assert.deepEqual([session.history.map(({ id }) => id), asked], [[3], 2]);
   of.mock.timers.enable({ apis: ["setTimeout"] });
+  const leaves = () => socket.sent.some((message) => /"do":"leave"/.test(message));
+  socket.tell({ ...state, route: { state: "waiting" } });
   session.suspend();
-  assert.ok(socket.sent.some((message) => /"do":"leave"/.test(message)));
+  assert.ok(!leaves(), "a route that waits at a stop goes on");
+  socket.tell(state);
+  session.suspend();
+  assert.ok(leaves());
 });
 
 test("what a page could not read is read again while it is open, until it was read", async (context) => {

@@ -355,7 +355,9 @@ export class Session {
 
   /** The page is left: others see it at once, and nobody waits for control that it does not use. It may come back. */
   suspend() {
-    if (this.view.mine && !this.state?.command) this.link.send({ kind: "lease", do: "leave", ref: 0 });
+    const { command, route } = this.state ?? {};
+    const goesOn = command || route?.state === "driving" || route?.state === "waiting";
+    if (this.view.mine && !goesOn) this.link.send({ kind: "lease", do: "leave", ref: 0 });
     this.link.close();
     setTimeout(() => void this.begin(), BACK_MS);
   }
