@@ -109,6 +109,38 @@ def test_the_stick_drives_while_it_is_held_even_outside_its_ring(visit: Open, co
     here.within(2.0, lambda: abs(console.turning()) < 0.01, "it stands")
 
 
+def test_a_stick_whose_page_lost_the_hands_stays_dead_until_it_is_pressed_anew(visit: Open, console: Running) -> None:
+    here = visit()
+    ring = here.find(".stick").bounding_box()
+    assert ring is not None
+    x, y = ring["x"] + ring["width"] / 2, ring["y"] + ring["height"] / 2
+
+    def push() -> None:
+        here.page.mouse.move(x, y)
+        here.page.mouse.down()
+        here.page.mouse.move(x - 40, y)
+
+    here.insist(push, here.page.mouse.up, lambda: console.turning() > 0.2, "the robot turns left")
+    pushed = "(document.querySelector('.knob').style.translate)"
+    far = here.page.evaluate(pushed)
+    here.find(".stick").dispatch_event("contextmenu")
+    assert here.page.evaluate(pushed) == far, "a thumb held still asks for a menu, and drives on"
+    here.page.evaluate("window.dispatchEvent(new Event('blur'))")
+    here.within(2.0, lambda: abs(console.turning()) < 0.01, "it stands")
+    before = console.truth()[2]
+    for aside in range(30, 45):
+        here.page.mouse.move(x - aside, y)
+        here.wait(0.03)
+    assert abs(console.truth()[2] - before) < 0.02
+    here.page.mouse.up()
+    here.find("command-line input").focus()
+    push()
+    assert here.page.evaluate(pushed) == far, "a press that brings the focus holds the stick"
+    here.page.mouse.up()
+    here.insist(push, here.page.mouse.up, lambda: console.turning() > 0.2, "a new press turns it")
+    here.page.mouse.up()
+
+
 def test_when_the_link_goes_the_banner_comes_within_a_second_and_the_robot_stands(
     visit: Open, console: Running
 ) -> None:

@@ -27,6 +27,8 @@ export class OperatorInput {
   toTalk = () => undefined;
   /** @type {(id: number) => void} */
   toBegin = () => undefined;
+  /** @type {() => void} the stick lets its pointer go */
+  toRest = () => undefined;
 
   /** @param {Session} session */
   constructor(session) {
@@ -68,7 +70,9 @@ export class OperatorInput {
   listenTo(place) {
     place.addEventListener("keydown", (event) => this.#down(event), true);
     place.addEventListener("keyup", (event) => this.#up(event), true);
-    for (const end of ["blur", "pagehide", "contextmenu"]) place.addEventListener(end, () => this.letGo(), true);
+    place.addEventListener("pagehide", () => this.letGo(), true);
+    place.addEventListener("blur", ({ target }) => this.letGo(target === window), true);
+    place.addEventListener("contextmenu", ({ target }) => opensMenu(target) && this.letGo(), true);
   }
 
   /** @param {Velocity} velocity */
@@ -76,8 +80,10 @@ export class OperatorInput {
     this.drive.stick(velocity, performance.now());
   }
 
-  letGo() {
+  /** @param {boolean} [stick] false where another element has the focus now: a press of the stick brings it there */
+  letGo(stick = true) {
     this.#held.clear();
+    if (stick) this.toRest();
     this.toTalk(false);
     this.drive.slow = false;
     this.gamepad.trip(t("operator-input.driving_was_interrupted_let_go_then"));
@@ -153,6 +159,9 @@ export class OperatorInput {
     this.drive.keys(this.#held.velocity, performance.now());
   }
 }
+
+/** False on the stick, which opens no menu: a thumb held still asks for one. @param {EventTarget | null} target */
+const opensMenu = (target) => !(target instanceof Element && target.closest(".stick"));
 
 function drawPress() {
   const [drawn = 1] = crypto.getRandomValues(new Uint32Array(1));

@@ -71,6 +71,7 @@ export class DrivePad extends Panel {
     }
     this.#less.addEventListener("click", () => set(operatorInput.drive.preset - 1));
     this.#more.addEventListener("click", () => set(operatorInput.drive.preset + 1));
+    operatorInput.toRest = () => this.#release();
     const stick = this.#stick;
     stick.addEventListener("pointerdown", (event) => {
       if (event.button !== 0 || this.#pointer !== null) return;
