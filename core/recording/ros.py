@@ -37,7 +37,7 @@ from core.recording.ros_sound import AUDIO_DATA, AUDIO_INFO, AUDIO_STAMPED, RAW_
 from core.recording.scans import in_time_order, make_scan, scan_recording
 from core.sensors import Scan
 from core.sensors.checks import refusal
-from core.sensors.laser import Placed
+from core.sensors.laser import MAX_STAMP_S, Placed
 from core.sensors.scan_gate import RangeUnit, checked_angles
 
 LASER_SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
@@ -150,11 +150,14 @@ class RosMessages:
         return self._keep(envelope, scan, message.header.frame_id)
 
     def _take_json(self, envelope: Envelope, kind: str) -> bool:
-        scan = read_json_scan(envelope.content, self._settings.range_max)
-        if scan is None:
+        name = envelope.topic
+        unit = self._units.setdefault(name, RangeUnit(name, self._tally))
+        read = read_json_scan(envelope.content, self._settings.range_max, unit)
+        if read is None:
             self._count_other(replace(envelope, kind=kind or "JSON"))
             return False
-        return self._keep(envelope, scan, "")
+        scan, time = read
+        return self._keep(envelope, stamped(scan, time if abs(time) <= MAX_STAMP_S else math.nan), "")
 
     def _keep(self, envelope: Envelope, scan: Scan, frame: str) -> bool:
         topic = self._scans.setdefault(envelope.topic, _ScanTopic(frame.strip("/")))

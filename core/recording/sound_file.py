@@ -18,6 +18,8 @@ LONGEST = 4 * 3600.0  # [s] of one sound
 MOST_SAMPLES = 300_000_000  # of all channels together
 MOST_CHANNELS = 64
 RATE_BOUNDS_HZ = (4_000, 192_000)
+MIN_NOISE_LEVEL = 0.3  # of full scale, from which on samples may be noise of exchanged bytes …
+MAX_SWAPPED_STEPS = 0.25  # … whose steps from sample to sample are smaller by so much when they are put right
 PCM_CODE, FLOAT_CODE, EXTENSIBLE_CODE = 1, 3, 0xFFFE
 EXTENSION_TAIL = bytes.fromhex("000000001000800000aa00389b71")  # of the identifiers that stand for plain codes
 
@@ -108,7 +110,23 @@ def _samples(name: str, form: bytes, body: bytes) -> tuple[int, Array]:
         raise BadInput(f"{name} holds no samples.")
     _check_length(name, count, channels, rate)
     kind = "f" if code == FLOAT_CODE else "u" if width == 1 else "i"
-    return rate, decoded_samples(body[: count * block], kind, width).reshape(count, channels)
+    samples = decoded_samples(body[: count * block], kind, width).reshape(count, channels)
+    if (kind, width) == ("i", 2) and _is_swapped(samples, body[: count * block]):
+        raise BadInput(
+            f"{name} holds noise that is sound with its bytes in the other order, or shifted by one: it was written "
+            "wrongly. Convert it again, as 16-bit PCM of little-endian order."
+        )
+    return rate, samples
+
+
+def _is_swapped(samples: Array, packed: bytes) -> bool:
+    """Return whether 16-bit samples are loud noise, and a sound once their bytes are exchanged."""
+    level = float(np.sqrt(np.mean(samples**2)))
+    if level < MIN_NOISE_LEVEL:
+        return False
+    exchanged = decoded_samples(packed, "i", 2, ">").reshape(samples.shape)
+    steps, noise = (np.abs(np.diff(each, axis=0)).mean() for each in (exchanged, samples))
+    return bool(steps < MAX_SWAPPED_STEPS * noise)
 
 
 def decoded_samples(packed: bytes, kind: Literal["f", "i", "u"], width: int, order: Literal["<", ">"] = "<") -> Array:

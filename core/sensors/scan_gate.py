@@ -35,7 +35,7 @@ class RangeUnit:
     """Units of a laser's ranges and of their limits, by the first scan that measured something."""
 
     def __init__(self, name: str, report: FaultSink) -> None:
-        self._name, self._report = name, report
+        self.name, self.report = name, report
         self._unit: float | None = None  # metres per unit of the ranges …
         self._limits: float | None = 1.0  # … and of their limits; None: they cannot be
 
@@ -46,11 +46,11 @@ class RangeUnit:
         """
         hits = ranges[np.isfinite(ranges) & (ranges > 0)]
         if self._unit is None and len(hits) >= MIN_JUDGED_BEAMS and _is_garbage(np.unique(hits)):
-            raise refusal("scan.malformed", self._name, what="bytes of its ranges in another order")
+            raise refusal("scan.malformed", self.name, what="bytes of its ranges in another order")
         if self._unit is None and len(hits) >= MIN_JUDGED_BEAMS:
             self._judge(hits, *limits)
         elif len(hits) >= MIN_WHOLE_BEAMS and self._unit == 1.0 and _is_whole(hits):
-            raise refusal("scan.whole_numbers", self._name)
+            raise refusal("scan.whole_numbers", self.name)
         unit, scale = self._unit or 1.0, self._limits
         low, high = (0.0, math.nan) if scale is None else (limits[0] * scale, limits[1] * scale)
         return ranges if unit == 1.0 else ranges * np.float32(unit), (low, high)
@@ -59,7 +59,7 @@ class RangeUnit:
         """Return a driver's scan in metres, and say where its ranges cannot be. Raises UnusableReading."""
         ranges, (low, high) = self.metres(scan.ranges, (scan.range_min, scan.range_max))
         if is_constant(ranges):
-            self._report.fault("scan.constant", self._name, used=True)
+            self.report.fault("scan.constant", self.name, used=True)
         if ranges is scan.ranges and low == scan.range_min:
             return scan
         high = high if high > low else float(np.nanmax(ranges, initial=low + 1.0, where=np.isfinite(ranges)))
@@ -68,10 +68,10 @@ class RangeUnit:
     def _judge(self, hits: Array, low: float, high: float) -> None:
         self._unit, unit = unit_of(hits, low)
         if unit == "metres" and _is_whole(hits):
-            raise refusal("scan.whole_numbers", self._name)
+            raise refusal("scan.whole_numbers", self.name)
         if unit != "metres":
             nearest, farthest = f"{hits.min():.4g}", f"{hits.max():.4g}"
-            self._report.fault("scan.units", self._name, used=True, nearest=nearest, farthest=farthest, unit=unit)
+            self.report.fault("scan.units", self.name, used=True, nearest=nearest, farthest=farthest, unit=unit)
         hits = hits * self._unit
         if len(np.unique(hits)) < 0.5 * len(hits):  # marks of nothing there, most of them
             self._limits = self._unit
@@ -84,7 +84,7 @@ class RangeUnit:
         self._limits = next((scale for scale in (self._unit, 1.0, 0.001, 0.01, 1000.0) if fits(scale)), None)
         if self._limits != self._unit:
             limits = {"low": f"{low:.4g}", "high": f"{high:.4g}", "median": f"{np.median(hits):.3g}"}
-            self._report.fault("scan.limits", self._name, used=True, **limits)
+            self.report.fault("scan.limits", self.name, used=True, **limits)
 
 
 def unit_of(hits: Array, range_min: float) -> tuple[float, str]:

@@ -17,7 +17,7 @@ MALFORMED_LOGS = {
     "ok_50_scans.mcap": (50, 0),
     "cut_in_half.mcap": (50, 1),
     "no_footer.mcap": (50, 1),
-    "scan_problems.jsonl": (2, 4),
+    "scan_problems.jsonl": (3, 3),
 }
 
 

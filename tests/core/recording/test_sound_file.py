@@ -132,3 +132,15 @@ def test_no_byte_of_a_header_makes_the_reader_stumble(tmp_path_factory, place, v
         assert len(read_sound(path).samples) <= 80
     except BadInput as trouble:
         assert str(trouble).endswith((".", "?"))
+
+
+@pytest.mark.parametrize("shift", [0, 1])
+def test_sound_whose_bytes_are_in_the_other_order_is_refused_and_noise_is_not(tmp_path, shift):
+    path = tmp_path / "a.wav"
+    tone = 0.2 * np.sin(2 * np.pi * 300 * np.arange(16000) / 16000)
+    whole = np.round(np.column_stack((tone, -tone)) * 32768).astype(">i2" if shift == 0 else "<i2").tobytes()
+    path.write_bytes(wav(form(), b"\0" * shift + whole[: len(whole) - 4 * shift]))
+    with pytest.raises(BadInput, match="bytes in the other order"):
+        read_sound(path)
+    path.write_bytes(wav(form(), np.round(RNG.uniform(-1, 0.999, (16000, 2)) * 32768).astype("<i2").tobytes()))
+    assert read_sound(path).channels == 2

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,8 @@ from core.errors import BadInput
 from core.geometry import Pose
 from core.recording import LogSettings, open_log
 from core.recording.json_scan import read_json_scan
-from core.recording.read_report import BadRecord
+from core.recording.read_report import BadRecord, ReadReport
+from core.sensors.scan_gate import RangeUnit
 from tests.core.recording.log_writers import START, carmen_lines, pose_of, ranges_of
 
 
@@ -116,6 +118,10 @@ def test_lines_without_scans_are_refused(tmp_path):
 GOOD = {"t": 1.0, "ranges": [1.0, None, 3.0]}
 
 
+def a_laser() -> RangeUnit:
+    return RangeUnit("the laser", ReadReport(Path("scans.jsonl")))
+
+
 def test_json_lines_give_scans_and_every_unusable_line_is_counted(tmp_path):
     lines = [
         json.dumps(GOOD),
@@ -147,19 +153,24 @@ def test_json_lines_give_scans_and_every_unusable_line_is_counted(tmp_path):
         ({"t": {"sec": 3, "nsec": 5e8}}, 3.5),
         ({"header": {"stamp": {"sec": 3, "nanosec": 500_000_000}}}, 3.5),
         ({"t": "late", "stamp": 4.0}, 4.0),
+        ({"t": "17.5"}, 17.5),
+        ({"time": 5.0}, 5.0),
+        ({"ts": "2024-05-01T12:00:03.500Z"}, 1714564803.5),
+        ({"timestamp": "2024-05-01 14:00:03.5+02:00"}, 1714564803.5),
         ({"header": {"frame_id": "laser"}}, math.nan),
     ],
 )
 def test_a_json_scan_has_its_time_in_any_of_the_usual_forms(more, stamp):
-    scan = read_json_scan(json.dumps({"ranges": [1.0, 2.0]} | more), 0.0)
-    assert scan is not None and scan.stamp == pytest.approx(stamp, nan_ok=True)
+    read = read_json_scan(json.dumps({"ranges": [1.0, 2.0]} | more), 0.0, a_laser())
+    assert read is not None and read[1] == pytest.approx(stamp, nan_ok=True)
 
 
 @pytest.mark.parametrize(("range_max", "nothing"), [("5.0", math.inf), ("Infinity", math.nan)])
 def test_numbers_that_are_not_finite_are_read_as_most_programs_write_them(range_max, nothing):
-    scan = read_json_scan(f'{{"t": 1.0, "ranges": [NaN, Infinity, 1e999, 2.0], "range_max": {range_max}}}', 0.0)
-    assert scan is not None
-    assert scan.ranges == pytest.approx([math.nan, nothing, nothing, 2.0], nan_ok=True)
+    text = f'{{"t": 1.0, "ranges": [NaN, Infinity, 1e999, 2.0], "range_max": {range_max}}}'
+    read = read_json_scan(text, 0.0, a_laser())
+    assert read is not None
+    assert read[0].ranges == pytest.approx([math.nan, nothing, nothing, 2.0], nan_ok=True)
 
 
 @pytest.mark.parametrize(
@@ -176,10 +187,46 @@ def test_numbers_that_are_not_finite_are_read_as_most_programs_write_them(range_
 )
 def test_what_is_wrong_with_a_json_scan_is_said(more, words):
     with pytest.raises(BadRecord, match=words):
-        read_json_scan(json.dumps({"t": 1.0, "ranges": [1.0, 2.0]} | more), 0.0)
+        read_json_scan(json.dumps({"t": 1.0, "ranges": [1.0, 2.0]} | more), 0.0, a_laser())
 
 
 def test_the_maximum_range_of_the_settings_goes_before_that_of_the_log(tmp_path):
     path = write(tmp_path / "scans.jsonl", [json.dumps({"t": 0.0, "ranges": [1.0, 2.0, 3.0]})])
     (frame,) = open_log(path, LogSettings(range_max=2.0))
     assert frame.scan.ranges == pytest.approx([1.0, math.inf, math.inf])
+
+
+RAYS = [2.0 + 0.01 * beam for beam in range(41)]
+
+
+@pytest.mark.parametrize(
+    ("change", "codes"),
+    [
+        (lambda at: {}, set()),
+        (lambda at: {"ranges": [1000 * far for far in RAYS], "range_max": 12000.0}, {"scan.units"}),
+        (lambda at: {"ranges": [100 * far for far in RAYS], "range_max": 12.0}, {"scan.units", "scan.limits"}),
+        (lambda at: {"range_max": 0.5}, {"scan.limits"}),
+        (lambda at: {"angle_min": -57.29578, "angle_increment": 2.864789}, {"scan.degrees"}),
+        (lambda at: {"angle_increment": None, "angle_max": 1.0, "angle_step": None}, set()),
+        (lambda at: {"t": 1.7e18 + 1e8 * at}, {"clock.unit"}),
+        (lambda at: {"t": 1.7e12 + 100 * at}, {"clock.unit"}),
+        (lambda at: {"t": 0.0}, {"clock.none"}),
+        (lambda at: {"t": at // 5}, {"clock.rounded"}),
+        (lambda at: {"t": 3.0 - 0.1 * at}, set()),
+    ],
+)
+def test_json_lines_are_checked_as_every_other_log_is(change, codes, tmp_path):
+    sound = {"angle_min": -1.0, "angle_increment": 0.05, "range_max": 12.0, "ranges": RAYS}
+    lines = [sound | {"t": 0.1 * at} | change(at) for at in range(30)]
+    lines = [json.dumps({key: entry for key, entry in line.items() if entry is not None}) for line in lines]
+    recording = open_log(write(tmp_path / "scans.jsonl", lines))
+    assert {one.code for one in recording.report.faults} == codes
+    assert len(recording) == 30 and recording.duration == pytest.approx(2.9 if "rounded" not in str(codes) else 5.8)
+    scan = recording.scan(7)
+    assert scan.angles[[0, -1]] == pytest.approx([-1.0, 1.0], abs=1e-5)
+    assert scan.ranges == pytest.approx(RAYS, abs=1e-4)
+
+
+def test_json_scans_that_say_no_angles_have_that_said(tmp_path):
+    recording = open_log(write(tmp_path / "scans.jsonl", [json.dumps(GOOD), json.dumps(GOOD | {"t": 2.0})]))
+    assert [one.code for one in recording.report.faults] == ["scan.no_angles"]

@@ -23,9 +23,9 @@ SCANS = 30
 def scans(tmp_path):
     """A log of 30 scans at 10 Hz without odometry; the range of its first beam is its number + 1."""
     path = tmp_path / "scans.jsonl"
-    path.write_text(
-        "".join(json.dumps({"t": 5 + 0.1 * n, "ranges": [n + 1, n + 2, n + 3]}) + "\n" for n in range(SCANS))
-    )
+    angles = {"angle_min": -0.1, "angle_increment": 0.1}
+    rows = [{"t": 5 + 0.1 * n, "ranges": [n + 1, n + 2, n + 3]} | angles for n in range(SCANS)]
+    path.write_text("".join(json.dumps(row) + "\n" for row in rows))
     return path
 
 
