@@ -87,7 +87,7 @@ class RoomMouth:
     async def _speak(self) -> None:
         try:
             name = await speaker_in_room(self._ask, self._wanted)
-            if (who := self._voice_commands.operator) is not None:
+            if self._ended > -math.inf and (who := self._voice_commands.operator) is not None:
                 self._voice_commands.speaker = replace(who, name=f"{who.name}, through {name}'s mouth")
             await self._ask(requests.SetListening(on=True))
             while True:

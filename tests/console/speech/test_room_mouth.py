@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from console.access.logins import Person
 from console.speech.room_mouth import NEAREST, NOBODY, RoomMouth, hidden, speaker_in_room
+from console.speech.voice_commands import ROOM
 from core.errors import Refused
 from core.robots.requests import FloorPlan, GroundTruth, PlacedThing, PlaceThing, Speak
 from core.simulation.robot import SimulatedRobot
@@ -41,7 +43,7 @@ class Room:
 def spoken(room: Room, act: Callable[[RoomMouth], Coroutine[Any, Any, None]]) -> tuple[list[str], Any]:
     """One turn to speak → the sentences of trouble, and the voice commands."""
     troubles: list[str] = []
-    commands: Any = SimpleNamespace(at_console=False, operator=None)
+    commands: Any = SimpleNamespace(at_console=False, operator=Person("a", "anna"))
     transcriber: Any = SimpleNamespace(stamp=0.0, read_to=-math.inf, trouble="", speaker=None)
 
     async def turn() -> None:
@@ -82,6 +84,15 @@ def test_after_a_stop_nothing_more_of_it_sounds() -> None:
     troubles, commands = spoken(room, act)
     assert troubles == [] and not commands.at_console
     assert room.robot._voices._microphones is not None and not room.robot._voices._microphones.talking
+
+
+def test_after_a_turn_that_ended_before_its_speaker_was_known_nobody_speaks_through_a_mouth() -> None:
+    troubles, commands = spoken(Room(("Ann", 2.0, 1.2)), stopped_at_once)
+    assert troubles == [] and commands.speaker is ROOM
+
+
+async def stopped_at_once(mouth: RoomMouth) -> None:
+    mouth.hush()
 
 
 def test_an_empty_room_is_said() -> None:
