@@ -21,7 +21,7 @@ from console.http.problems import Problem
 from console.part import Part
 from console.robot.supervisor import RobotSupervisor
 from console.workers.tasks import HeldTasks
-from core.errors import BadInput, BeckonError, Refused
+from core.errors import BadInput, BeckonError, Refused, Unavailable
 from core.geometry import Pose
 from core.message import Array
 from core.robots import requests
@@ -127,6 +127,8 @@ class OwnNavigationService(Part):
                 answer = await self._ask(request)
             except BeckonError as why:
                 self._end("refused", str(why))
+                if isinstance(why, Unavailable):  # it may be on its way all the same
+                    self._stopping.start(self._stopped())
                 raise
             self._notifications.tell("warning", DRIVES)
             self._take(answer)

@@ -16,6 +16,7 @@ from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.control.own_navigation import DRIVES, OwnNavigationService
 from console.http.problems import Problem
+from core.errors import Unavailable
 from core.geometry import Pose
 from core.robots import Profile
 from core.robots.requests import CancelGoal, OwnNavigation, PlanarPose, SendGoal
@@ -53,8 +54,8 @@ class FakeLink:
         return lambda *_, **__: True
 
 
-def parts(home: Path) -> tuple[FakeLink, CommandDispatcher, OwnNavigationService]:
-    robot, board = FakeLink(), Notifications()
+def parts(home: Path, robot: FakeLink | None = None) -> tuple[FakeLink, CommandDispatcher, OwnNavigationService]:
+    robot, board = robot or FakeLink(), Notifications()
     history = History(home, lambda _: None)
     history.open()
     dispatcher = CommandDispatcher(robot, Lease(), history, board)  # type: ignore[arg-type]
@@ -104,5 +105,22 @@ def test_a_stop_before_a_goal_is_sent_keeps_it_back(tmp_path: Path, end: str) ->
         with pytest.raises(Problem) as refused:
             await going
         assert refused.value.status == 409 and robot.asked == []
+
+    asyncio.run(run())
+
+
+def test_a_goal_without_an_answer_in_time_may_drive_and_is_cancelled(tmp_path: Path) -> None:
+    class SlowLink(FakeLink):
+        def ask(self, request: Any, timeout: float = 2.0) -> OwnNavigation:
+            answer = super().ask(request)
+            if isinstance(request, SendGoal):
+                raise Unavailable("The robot did not answer within 2 s.")
+            return answer
+
+    async def run() -> None:
+        robot, _, service = parts(tmp_path, SlowLink())
+        with pytest.raises(Unavailable):
+            await service.go(Pose(1.0, 0.0), OPERATOR, on_own_map=True)
+        await until(lambda: isinstance(robot.asked[-1], CancelGoal) and robot.goal is None)
 
     asyncio.run(run())
