@@ -23,6 +23,7 @@ from core.sentences import Statement
 # The robot's clock and ours: when something of the robot's was, and how much time has passed for the robot since.
 
 CLOCK_MEMORY_S = 30.0  # for which the robot's clock is known in ours
+MAX_LEAD_S = 1.0  # by which what was sensed may be ahead of the newest frame: later, it is of the clock of before
 MAX_REMEMBERED_STATES = 1200  # states: a minute
 
 
@@ -31,20 +32,28 @@ class RobotTime:
 
     def __init__(self) -> None:
         self.simulated = False  # ages are counted by the robot's clock
+        self.former_end = -math.inf  # [s] by ours: when the robot was last heard of before its clock began again
         self._moments: deque[tuple[float, float]] = deque()  # [s] by the robot's clock, and by ours
 
     def note(self, stamp: float, sensed: float) -> None:
         """A frame of this stamp [s], robot's clock, was sensed then [s], by ours."""
-        if self._moments and stamp < self._moments[-1][0]:
-            self._moments.clear()  # another clock: the robot was started again
+        if self._moments and stamp < self._moments[-1][0]:  # another clock: the robot was started again
+            self.former_end = self._moments[-1][1]
+            self._moments.clear()
         self._moments.append((stamp, sensed))
         while self._moments[0][0] < stamp - CLOCK_MEMORY_S:
             self._moments.popleft()
 
     def ours(self, stamp: float) -> float:
         """A moment [s] of the robot's clock → of ours."""
+        if self.is_former(stamp):
+            return self.former_end
         at, sensed = next((known for known in self._moments if known[0] >= stamp), self._moments[-1])
         return sensed - max(at - stamp, 0.0)
+
+    def is_former(self, stamp: float) -> bool:
+        """Return whether a moment [s] is one of the robot's clock before that began again."""
+        return self.former_end > -math.inf and stamp > self._moments[-1][0] + MAX_LEAD_S
 
     def elapsed(self, since: float, until: float) -> float:
         """Time [s] that has passed between two moments of our clock, by the robot's where it is simulated."""

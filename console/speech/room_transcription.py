@@ -191,8 +191,9 @@ class RoomTranscriber(Part):
                 self._reading = sound.stamp
                 for utterance in await self._words(sound):
                     self._hear(utterance)
-                self._losses = 0
-                self._reading, self.read_to = None, sound.stamp + sound.duration
+                self._losses, self._reading = 0, None
+                if not self._time.is_former(sound.stamp):
+                    self.read_to = sound.stamp + sound.duration
                 self._tell_behind()
                 await self._read_so_far()
         except WorkerLost as lost:
@@ -237,6 +238,8 @@ class RoomTranscriber(Part):
             utterance = replace(utterance, decision=replace(decision, command=command))
         motors = self._is_of_motors(utterance)
         outcome = self._voice_commands.hear(utterance, self._time.ours(utterance.end), maybe_noise=motors)
+        if self._time.is_former(utterance.end):
+            self._voice_commands.reset()
         if utterance.final:
             self.utterances.append(self._utterance(outcome.utterance, voice))
         if decision.words or not motors:

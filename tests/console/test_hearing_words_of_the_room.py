@@ -90,6 +90,33 @@ def test_stop_is_obeyed_when_the_robot_was_started_anew_and_its_clock_with_it(
     assert told == ["stop: stop", "stopped: stop", "stop: stop", "words: turn left"]
 
 
+def test_words_that_were_read_while_the_robot_started_anew_are_of_before_and_hold_no_later_stop_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Slow(Reads):
+        async def feed(self, samples: Any, rate: int, stamp: float) -> list[RecognizedUtterance]:
+            words = await super().feed(samples, rate, stamp)
+            if stamp > 50.0:
+                snapshot: Any = SimpleNamespace(stamp=1.0, hearing=None, velocity=Twist(0.0, 0.0))
+                transcriber.feed(snapshot, None, None)
+            return words
+
+    worker, stops = Slow(), list[str]()
+    monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
+    words = SimpleNamespace(stopped_by=lambda _: None, time=RobotTime())
+    dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source), freshness=words)
+    transcriber = new_transcriber(dispatcher, History(tmp_path, lambda _: None))
+    said: list[Spoken] = []
+    transcriber.when_heard.append(lambda outcome, voice: said.append(outcome.said))
+    hear([STOP, TURN], [100.0, 2.0], transcriber, worker)
+    assert stops == ["ears"] and transcriber.read_to == pytest.approx(2.2)
+    hear([STOP], [3.0], transcriber, worker)
+    assert stops == ["ears", "ears"]
+    assert said[0].ended == transcriber._time.former_end < said[1].ended
+    transcriber._hear(replace(TURN, begin=99.0, end=100.0))  # over with the first sound of the new clock
+    assert said[-1].ended == transcriber._time.former_end
+
+
 def test_talk_on_and_on_stands_in_the_history_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     worker = Reads()
     monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
