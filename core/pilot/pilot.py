@@ -120,6 +120,9 @@ class Pilot:
         self._stamp = stamp
         self._sensors, self._repeats = SensorWatch(self._profile, stamp), RepeatedReadings(self._profile)
         self._wheels: Wheels | None = None  # of the frame before
+        self._rolls = (
+            False  # there are wheels: without, scans that repeat are their own witness of a robot that stands
+        )
         self._odometry = Odometry(self._profile.laser, settings.motion, settings.scan_odometry)
         self._timing = ScanTiming(self._profile, settings.time_offset)
         self._vision = LandmarkPerception(self._profile, settings)
@@ -267,7 +270,8 @@ class Pilot:
     def _take(self, inputs: PilotInputs) -> Snapshot:
         frame, self._doing = inputs.frame, inputs.doing
         frame = replace(frame, sound=None) if inputs.deaf else frame
-        frame = self._repeats.taken_out(frame, self._wheels)
+        self._rolls |= frame.wheels is not None
+        frame = self._repeats.taken_out(frame, self._wheels if self._rolls or self._profile.drives else None)
         self._sensor_status = self._sensors.update(frame)
         frame = self._sensors.believed(frame)
         self._vision.take_second(frame.image)

@@ -1,5 +1,6 @@
 """Rows of ranges → scans: one meaning for "no measurement" and "nothing there", one direction, sane numbers."""
 
+import itertools
 import math
 from collections import deque
 from dataclasses import replace
@@ -32,6 +33,10 @@ MIN_STANDING_SHARE, STANDING_M, BODY_M = 0.1, 0.03, 0.6  # of the beams that sta
 MIN_VARYING_M, MIN_STANDING_SCANS = 0.3, 20  # by which half of the others vary: the robot moves
 MAX_CONSTANT_SHARE = 0.5  # of the scans, all of whose beams are as long
 MAX_ECHO_SCANS, MIN_UNIQUE_SHARE = 8, 0.45  # within which a scan comes again; of a log that holds some twice
+MIN_REPEATED_SCANS, MAX_REPEATED_SHARE = (
+    30,
+    0.2,
+)  # of the scans of a log without odometry that are those before, to the last bit
 MAX_MIXED_SHARE = 0.5  # of a log, in which two robots' scans take turns
 MIN_KEPT_SHARE = 0.45  # of the scans that a log must have a time for
 DEFAULT_RANGE = 100.0  # [m] taken for range_max where a log does not give it
@@ -211,6 +216,9 @@ def scan_recording(
         raise refusal("robots.mixed", "the laser")
     if mixed > 0:
         tally.fault("robots.mixed", "the laser", used=True)
+    repeats = sum(np.array_equal(one.ranges, two.ranges, equal_nan=True) for one, two in itertools.pairwise(scans))
+    if track is None and repeats > max(MIN_REPEATED_SCANS, MAX_REPEATED_SHARE * len(scans)):
+        tally.fault("scan.repeated", "the laser", used=True, count=repeats, all=len(scans))
     if track is not None and not (scans[0].stamp < track.times[-1] and track.times[0] < scans[-1].stamp):
         tally.fault("clock.apart", scans=f"{scans[0].stamp:.0f}", odometry=f"{track.times[0]:.0f}")
         track, tally.topics = None, [topic for topic in tally.topics if not topic.endswith("odometry")]

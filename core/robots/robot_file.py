@@ -53,6 +53,10 @@ ChosenRole = Literal[
 NOTHING = "none"  # a driver's word for "do not use any"
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 MAX_TABLE_DEPTH = 8  # tables in tables
+MAX_NAME_LETTERS = 100
+MAX_BEYOND_M = 1.5  # of a sensor from the rim of the robot
+MAX_WHEELS_WIDTH = 1.3  # of the footprint, that the wheels may stand apart
+ONLY_WITH_X = ("y", "z", "heading_deg", "yaw_deg", "pitch_deg", "roll_deg")  # entries of a place
 
 
 def about(meaning: str) -> msgspec.Meta:
@@ -154,7 +158,30 @@ def parse_robot_file(text: str, name: str) -> RobotFile:
         entries = tomllib.loads(text)
     except tomllib.TOMLDecodeError as trouble:
         raise BadInput(f"{name} is not valid TOML: {trouble}.") from None
-    return converted(entries, RobotFile, name)
+    file = converted(entries, RobotFile, name)
+    if not file.name.isprintable() or len(file.name) > MAX_NAME_LETTERS:
+        raise BadInput(f"{name}, name: at most {MAX_NAME_LETTERS} letters on one line are expected.")
+    if file.radius and file.wheelbase and file.wheelbase > 2 * MAX_WHEELS_WIDTH * file.radius:
+        raise BadInput(
+            f"{name}: the wheels stand {file.wheelbase:g} m apart (wheelbase) on a robot of {2 * file.radius:g} m "
+            "(twice its radius); write both in metres."
+        )
+    for kind, tables in (("lasers", file.lasers), ("cameras", file.cameras), ("microphones", file.microphones)):
+        for sensor, table in tables.items():
+            _check_place(f"{name}, {kind}.{sensor}", table)
+    return file
+
+
+def _check_place(where: str, table: LaserTable | CameraTable | MicrophonesTable) -> None:
+    """Raise BadInput for entries of a place that would not count."""
+    given = [each.name for each in msgspec.structs.fields(table) if getattr(table, each.name) != each.default]
+    aside = [one for one in given if one in ONLY_WITH_X]
+    if table.link and ("x" in given or aside):
+        raise BadInput(
+            f"{where}: the link says where it sits, so {', '.join(aside or ['x'])} would not count; remove one."
+        )
+    if table.x is None and aside and not table.link:
+        raise BadInput(f"{where}: {', '.join(aside)} would not count without x; write x = 0.0 if it sits there.")
 
 
 T = TypeVar("T", bound=msgspec.Struct)
@@ -185,6 +212,14 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
     def first(*values: float | None) -> float:
         return next(value for value in values if value is not None)
 
+    radius = first(file.radius, base.radius, known.radius)
+    for name, table in (*file.lasers.items(), *file.cameras.items(), *file.microphones.items()):
+        away = math.hypot(table.x or 0.0, table.y)
+        if away > radius + MAX_BEYOND_M:
+            raise BadInput(
+                f"The robot file puts {name} {away:g} m from the middle of a robot of {radius:g} m radius; write "
+                "x and y in metres, or the radius."
+            )
     own_body = next((one.body for one in equipment if one.body is not None), None)
     body = load_body(folder / file.urdf) if file.urdf else own_body
     if file.failsafe is not None:
@@ -193,7 +228,7 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
     return Profile(
         name=file.name or equipment[0].name,
         url=url,
-        radius=first(file.radius, base.radius, known.radius),
+        radius=radius,
         wheelbase=first(file.wheelbase, base.wheelbase, known.wheelbase),
         cruise=min(first(file.cruise, base.cruise, known.cruise), max_speed),
         max_speed=max_speed,
@@ -267,12 +302,17 @@ def _laser(laser: Laser, table: LaserTable | None, body: Body | None) -> Laser:
         if abs(float(at.rotation[2, 2])) < FLAT_TILT_COSINE:
             raise BadInput(f"The link {table.link} stands on edge: no laser can scan the floor plan from there.")
     place = laser.mounting if table.x is None else Pose(table.x, table.y, math.radians(table.heading_deg))
+    low, high = table.range_min or laser.range_min, table.range_max or laser.range_max
+    if low >= high:
+        raise BadInput(
+            f"The laser {laser.name} would measure from {low:g} to {high:g} m; check range_min and range_max."
+        )
     return replace(
         laser,
         mounting=place,
         height=table.height or laser.height,
-        range_min=table.range_min or laser.range_min,
-        range_max=table.range_max or laser.range_max,
+        range_min=low,
+        range_max=high,
         rate=table.rate or laser.rate,
         time_offset=table.time_offset,
     )

@@ -12,6 +12,7 @@ import pytest
 
 from core.errors import BadInput
 from core.geometry import Pose
+from core.pipelines.slam import slam_log
 from core.recording import LogSettings, open_log
 from core.recording.json_scan import read_json_scan
 from core.recording.read_report import BadRecord, ReadReport
@@ -225,6 +226,15 @@ def test_json_lines_are_checked_as_every_other_log_is(change, codes, tmp_path):
     scan = recording.scan(7)
     assert scan.angles[[0, -1]] == pytest.approx([-1.0, 1.0], abs=1e-5)
     assert scan.ranges == pytest.approx(RAYS, abs=1e-4)
+
+
+def test_scans_that_repeat_without_odometry_are_a_robot_that_may_stand(tmp_path):
+    sound = {"angle_min": -1.0, "angle_increment": 0.05, "range_max": 12.0}
+    lines = [sound | {"t": 0.1 * at, "ranges": [far + 0.02 * max(0, at - 40) for far in RAYS]} for at in range(60)]
+    path = write(tmp_path / "scans.jsonl", [json.dumps(line) for line in lines])
+    result = slam_log(path)
+    assert [one.code for one in result.report.faults] == ["scan.repeated"]
+    assert "40 of 60" in result.report.warnings[0] and len(result.poses) == 60
 
 
 def test_json_scans_that_say_no_angles_have_that_said(tmp_path):

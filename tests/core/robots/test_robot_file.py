@@ -111,6 +111,12 @@ height = 0.3
         ('[lasers.front]\nx = "left"', r"robot.toml, lasers.*x: expected `float"),
         ("url = ", "not valid TOML"),
         ("name = 'x'", "needs a line url"),
+        (f"name = '{'x' * 101}'", "at most 100 letters"),
+        ("radius = 0.2\nwheelbase = 2.3", "in metres"),
+        ("[lasers.front]\nheading_deg = 180", r"lasers\.front: heading_deg would not count without x"),
+        ("[cameras.c]\ny = 0.1\npitch_deg = 5", r"cameras\.c: y, pitch_deg would not count without x"),
+        ("[microphones.m]\nlink = 'l'\nheading_deg = 45", "so heading_deg would not count"),
+        ("[lasers.front]\nlink = 'l'\nx = 0.1", "so x would not count"),
     ],
 )
 def test_a_mistake_in_a_file_is_named(tmp_path: Path, text: str, sentence: str) -> None:
@@ -127,6 +133,23 @@ def test_what_the_robot_does_not_have_cannot_be_described() -> None:
     file = RobotFile(lasers={"left": next(iter(load_of("[lasers.left]\nx = 0").lasers.values()))})
     with pytest.raises(BadInput, match=r"the laser left, but .* no such one; there is front, rear"):
         profile_of((WHOLE,), file, "x:")
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (
+            "[lasers.front]\nx = 8",
+            r"puts front 8 m from the middle of a robot of 0\.\d+ m radius; write x and y in metres",
+        ),
+        ("[lasers.front]\nx = 0\ny = -9", "puts front 9 m"),
+        ("[lasers.front]\nrange_min = 5\nrange_max = 4", "would measure from 5 to 4 m"),
+    ],
+)
+def test_a_place_far_outside_the_robot_and_a_laser_without_reach_are_refused(text: str, sentence: str) -> None:
+    with pytest.raises(BadInput, match=sentence):
+        profile_of((WHOLE,), load_of(text), "x:")
+    assert profile_of((WHOLE,), load_of("radius = 7\n[lasers.front]\nx = 8"), "x:").lasers[0].mounting.x == 8
 
 
 def load_of(text: str) -> RobotFile:
