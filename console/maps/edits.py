@@ -60,38 +60,40 @@ class EditService(Part):
 
     async def undo(self, who: Person, number: int | None = None) -> EditMark:
         """Take back an edit, the newest that holds if none is named. Raises Problem 404, 409, as `add`."""
-        held = [one for one in self.edits if not one.undone_s and number in (None, one.id)]
-        if not held:
-            raise Problem(404 if number else 409, NOTHING_TO_UNDO)
-        edit = max(held, key=lambda one: one.id)
-        await self._mark_undone({edit.id}, time.time(), f"map edit {edit.id} undone", who)
+        self._lease.check_not_anothers(who)
+        async with self._turn:  # two at once take back two
+            held = [one for one in self.edits if not one.undone_s and number in (None, one.id)]
+            if not held:
+                raise Problem(404 if number else 409, NOTHING_TO_UNDO)
+            edit = max(held, key=lambda one: one.id)
+            await self._mark_undone({edit.id}, time.time(), f"map edit {edit.id} undone", who)
         return edit
 
     async def redo(self, who: Person, number: int | None = None) -> EditMark:
         """Make an edit again, the one that was taken back last if none is named. Raises as `undo`."""
-        gone = [one for one in self.edits if one.undone_s and number in (None, one.id)]
-        if not gone:
-            raise Problem(404 if number else 409, Statement("edits.nothing_to_redo"))
-        edit = max(gone, key=lambda one: (one.undone_s, -one.id))
-        await self._mark_undone({edit.id}, 0.0, f"map edit {edit.id} redone", who)
+        self._lease.check_not_anothers(who)
+        async with self._turn:
+            gone = [one for one in self.edits if one.undone_s and number in (None, one.id)]
+            if not gone:
+                raise Problem(404 if number else 409, Statement("edits.nothing_to_redo"))
+            edit = max(gone, key=lambda one: (one.undone_s, -one.id))
+            await self._mark_undone({edit.id}, 0.0, f"map edit {edit.id} redone", who)
         return edit
 
     async def back_to(self, version: int, who: Person) -> None:
         """Take back all edits after this one: the map as it was then. Raises Problem 409, as `add`."""
-        later = {one.id for one in self.edits if one.id > version and not one.undone_s}
-        if not later:
-            raise Problem(409, NOTHING_TO_UNDO)
-        await self._mark_undone(later, time.time(), f"map back to edit {version}", who)
+        self._lease.check_not_anothers(who)
+        async with self._turn:
+            later = {one.id for one in self.edits if one.id > version and not one.undone_s}
+            if not later:
+                raise Problem(409, NOTHING_TO_UNDO)
+            await self._mark_undone(later, time.time(), f"map back to edit {version}", who)
 
     # steps of the above
 
     async def _mark_undone(self, numbers: set[int], when: float, words: str, who: Person) -> None:
-        self._lease.check_not_anothers(who)
-        async with self._turn:
-            changed = (
-                msgspec.structs.replace(one, undone_s=when) if one.id in numbers else one for one in self.edits
-            )
-            await self._change(tuple(changed), words, who)
+        changed = (msgspec.structs.replace(one, undone_s=when) if one.id in numbers else one for one in self.edits)
+        await self._change(tuple(changed), words, who)
 
     async def _change(self, edits: tuple[EditMark, ...], words: str, who: Person) -> None:
         """These are the edits from now on; a turn is carried out before, and saved with the whole map."""

@@ -22,6 +22,7 @@ from core.geometry import Pose
 from core.message import Array
 from core.navigation.places import NamedPlace
 from core.navigation.zones import MapZone, ZoneKind
+from core.sentences import Statement
 from core.slam.map.edits import CellEdit, MapEdit
 from core.slam.map.status import SubmapView
 
@@ -30,7 +31,7 @@ StopAction = Literal["wait_for_continue", "come_here", "say", "take_a_picture", 
 
 MARKS = "marks.json"  # in the folder of a map
 MARKS_VERSION = 1
-MAX_MARKS_BYTES = 4_000_000
+MAX_MARKS_BYTES = 20_000_000
 
 
 class Anchor(msgspec.Struct, frozen=True):
@@ -217,9 +218,12 @@ def anchor_at(points: Array, submaps: Iterable[SubmapView]) -> Anchor | None:
 
 
 def write_marks(folder: Path, marks: MapMarks) -> None:
-    """Write the marks into the folder of their map. Raises OSError."""
+    """Write the marks into the folder of their map. Raises BadInput for more than can be read again, OSError."""
     document = {"version": MARKS_VERSION, **msgspec.to_builtins(marks)}
-    write_atomic(folder / MARKS, json.dumps(sealed(document), indent=1))
+    content = json.dumps(sealed(document), separators=(",", ":")).encode()
+    if len(content) > MAX_MARKS_BYTES:
+        raise BadInput(Statement("maps.marks_full"))
+    write_atomic(folder / MARKS, content)
 
 
 def read_marks(folder: Path) -> MapMarks:

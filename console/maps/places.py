@@ -79,22 +79,23 @@ class PlaceService(Part):
         """Rename or move a place; `turned`: `heading` is new, None for no heading any more. Raises as `add`, 404."""
         old = self.find(name)
         wanted = old.name if to_name is None else tidy_name(to_name)
-        heading = heading if turned else old.heading_rad
-        x, y = at or (old.x_m, old.y_m)
-        mark = self._placed(PlaceMark(wanted, x, y, heading, by=who.name, outline_m=old.outline_m))
         names = {old.name: wanted}
 
         def change(marks: MapMarks) -> MapMarks:
+            now = self.find(old.name)  # somebody else may have changed it since
+            x, y = at or (now.x_m, now.y_m)
+            looks = heading if turned else now.heading_rad
+            mark = self._placed(PlaceMark(wanted, x, y, looks, by=who.name, outline_m=now.outline_m))
             if wanted != old.name:
                 self._check_name(wanted, [one for one in marks.places if one.name != old.name])
             places = tuple(mark if one.name == old.name else one for one in marks.places)
             routes = tuple(renamed(one, one.name, names) for one in marks.routes)
             return msgspec.structs.replace(marks, places=places, routes=routes)
 
-        await self._maps.mark(change, f"place {old.name}: {mark.name}", who)
+        await self._maps.mark(change, f"place {old.name}: {wanted}", who)
         for tell in self.when_renamed:
             tell(names)
-        return self.find(mark.name)
+        return self.find(wanted)
 
     async def remove(self, name: str, who: Person) -> None:
         """Forget a place. Raises Problem 404, 503, Unwritable."""

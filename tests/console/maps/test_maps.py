@@ -21,8 +21,11 @@ import pytest
 from console.control.history import History
 from console.control.lease import Lease
 from console.http.problems import Problem
+from console.maps import marks
+from console.maps.edits import MAX_EDITS, EditService
 from console.maps.export import known_part, preview
 from console.maps.marks import EditMark, MapMarks, PlaceMark, read_marks
+from console.maps.places import PlaceService
 from console.maps.service import ITSELF, LAST_BUT_ONE, LAST_BUT_TWO, LAST_MAP, MapService
 from console.maps.store import ASIDE, CARD, MapInfo, MapStore, NameTaken, checked_name, slug
 from console.maps.trajectory import ROW_FIELDS, Trajectory, laid_out
@@ -458,6 +461,47 @@ def test_a_map_that_is_renamed_before_it_is_written_again_is_written_under_its_n
         await asyncio.gather(renaming, drawing, marking)
         assert [kept.card.name for kept in console.store.all()] == ["shop"]
         assert console.kept("shop")[2].places == DESK_MARKS
+
+    in_use(work, tmp_path)
+
+
+def test_of_changes_at_once_all_are_made(tmp_path: Path) -> None:
+    async def work(console: InUse) -> None:
+        maps, dispatcher = console.maps, console.maps._dispatcher
+        dispatcher.own_phrases, dispatcher.know_places = (), lambda _: None
+        edits, places = EditService(maps, dispatcher, Lease()), PlaceService(maps, dispatcher)
+        await maps.save("lab", ITSELF, replace=False)
+        for _ in range(3):
+            await edits.add("free", [(0.3, 0.1)], 0.2, 0.0, ITSELF)
+        await asyncio.gather(*(edits.undo(ITSELF) for _ in range(3)))
+        assert all(one.undone_s for one in console.kept("lab")[2].edits)
+        await asyncio.gather(*(edits.redo(ITSELF) for _ in range(3)))
+        assert not any(one.undone_s for one in console.kept("lab")[2].edits)
+        await places.add("desk", (0.3, 0.1), None, ITSELF)
+
+        async def change(at: tuple[float, float] | None, heading: float | None) -> None:
+            await places.change("desk", ITSELF, to_name=None, at=at, heading=heading, turned=at is None)
+
+        await asyncio.gather(change((0.4, 0.2), None), change((0.5, 0.2), None), change(None, 1.0))
+        [desk] = console.kept("lab")[2].places
+        assert (desk.x_m, desk.y_m, desk.heading_rad) == (0.5, 0.2, 1.0)
+
+    in_use(work, tmp_path)
+
+
+def test_a_map_takes_no_more_marks_than_it_can_be_loaded_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def work(console: InUse) -> None:
+        strokes = tuple(EditMark(k + 1, "free", ((12.345, -6.789),) * 60, 0.2) for k in range(MAX_EDITS))
+        await console.maps.save("lab", ITSELF, replace=False)
+        await console.mark(edits=strokes)
+        assert console.kept("lab")[2].edits == strokes
+        monkeypatch.setattr(marks, "MAX_MARKS_BYTES", 1_000_000)
+        kept = (console.store.find("lab").folder / marks.MARKS).read_bytes()
+        with pytest.raises(BadInput, match="is full, and nothing was changed"):
+            await console.mark(places=DESK_MARKS)
+        assert (console.store.find("lab").folder / marks.MARKS).read_bytes() == kept and not console.maps.marks.places
 
     in_use(work, tmp_path)
 
