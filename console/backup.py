@@ -19,7 +19,7 @@ from typing import IO, Any, cast
 from console import beckon_version
 from console.data_folder import OURS, locked
 from core.errors import BadInput, Unwritable
-from core.files import UNFINISHED, reason
+from core.files import UNFINISHED, reason, replacing
 
 MANIFEST = "beckon-backup.json"
 BACKUP_FORMAT = 1
@@ -29,6 +29,8 @@ HALT = "halt."  # begins the latch of a halt: only a person ends it
 RECORDINGS = "recordings"
 MAX_MANIFEST_BYTES = 64 << 20
 BLOCK_BYTES = 1 << 20
+TRIES = 3  # to pack a folder in which files go meanwhile
+MAX_DATE_S = 1 << 33  # that a file may bear
 
 
 @dataclass(frozen=True)
@@ -46,26 +48,40 @@ def write_backup(home: Path, file: Path, *, recordings: bool = False) -> BackupR
     """
     if not home.is_dir():
         raise BadInput(f"There is no data folder {home}; name it with --data DIR.")
-    rows: list[dict[str, Any]] = []
-    part: Path | None = None
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(suffix=".part", prefix=file.name, dir=file.parent)  # only its owner reads it:
-        part = Path(name)  # keys of logins are in it
-        with os.fdopen(handle, "wb") as written, tarfile.open(fileobj=written, mode="w:gz") as box:
-            for path in _kept(home, recordings):
-                with _content(path) as content:
-                    rows.append(_packed(box, path.relative_to(home).as_posix(), content))
-            made = {"format": BACKUP_FORMAT, "beckon": beckon_version(), "made_s": round(time.time(), 3)}
-            _packed(box, MANIFEST, io.BytesIO(json.dumps({**made, "files": rows}, indent=1).encode()))
-        part.replace(file)
+        with replacing(file, mode=0o600) as written:  # keys of logins are in it
+            rows = _written_box(home, written, recordings)
     except (OSError, sqlite3.Error) as trouble:
-        if part is not None:
-            part.unlink(missing_ok=True)
         why = reason(trouble) if isinstance(trouble, OSError) else f"{trouble}."
         raise Unwritable(f"The backup {file} could not be written: {why}") from None
     left = () if recordings or not (home / RECORDINGS).is_dir() else (RECORDINGS,)
     return BackupReport(file, len(rows), sum(row["bytes"] for row in rows), left)
+
+
+def _written_box(home: Path, written: IO[bytes], recordings: bool) -> list[dict[str, Any]]:
+    """Pack everything → the rows of the manifest. Begins again where a file is gone: what replaced it has its place.
+
+    Raises OSError, sqlite3.Error.
+    """
+    for tries_left in reversed(range(TRIES)):
+        rows: list[dict[str, Any]] = []
+        try:
+            with tarfile.open(fileobj=written, mode="w:gz") as box:
+                for path in _kept(home, recordings):
+                    with _content(path) as content:
+                        changed_s = os.fstat(content.fileno()).st_mtime
+                        rows.append(_packed(box, path.relative_to(home).as_posix(), content, changed_s))
+                made = {"format": BACKUP_FORMAT, "beckon": beckon_version(), "made_s": round(time.time(), 3)}
+                manifest = json.dumps({**made, "files": rows}, indent=1).encode()
+                _packed(box, MANIFEST, io.BytesIO(manifest), time.time())
+        except FileNotFoundError:
+            if not tries_left or not written.seekable():
+                raise
+            written.seek(0)
+            written.truncate()
+        else:
+            return rows
+    raise AssertionError("the last try returns or raises")
 
 
 def restore_backup(file: Path, home: Path, *, replace: bool = False) -> BackupReport:
@@ -125,8 +141,8 @@ def _content(path: Path) -> Generator[IO[bytes]]:
             yield content
 
 
-def _packed(box: tarfile.TarFile, name: str, content: IO[bytes]) -> dict[str, Any]:
-    """Add a file → its row of the manifest."""
+def _packed(box: tarfile.TarFile, name: str, content: IO[bytes], changed_s: float) -> dict[str, Any]:
+    """Add a file that was changed then (Unix time) → its row of the manifest."""
     digest = hashlib.sha256()
     with tempfile.SpooledTemporaryFile(max_size=8 * BLOCK_BYTES) as steady:  # it may grow while it is read
         size = 0
@@ -136,7 +152,7 @@ def _packed(box: tarfile.TarFile, name: str, content: IO[bytes]) -> dict[str, An
             steady.write(block)
         steady.seek(0)
         entry = tarfile.TarInfo(name)
-        entry.size, entry.mode, entry.mtime = size, 0o600, int(time.time())
+        entry.size, entry.mode, entry.mtime = size, 0o600, int(changed_s)
         box.addfile(entry, cast(IO[bytes], steady))
     return {"name": name, "bytes": size, "sha256": digest.hexdigest()}
 
@@ -161,7 +177,7 @@ def _unpacked(file: Path, folder: Path) -> list[dict[str, Any]]:
                 if entry.name == MANIFEST:
                     text = content.read(MAX_MANIFEST_BYTES)
                 else:
-                    found[entry.name] = _written(folder / _inside(entry.name, file), content)
+                    found[entry.name] = _written(folder / _inside(entry.name, file), content, entry.mtime)
     except (tarfile.TarError, EOFError, zlib.error, OSError) as trouble:
         if isinstance(trouble, OSError) and trouble.errno is not None:
             raise
@@ -197,8 +213,11 @@ def _inside(name: str, file: Path) -> PurePosixPath:
     return path
 
 
-def _written(path: Path, content: IO[bytes]) -> str:
-    """Write a file that only its owner reads → its checksum."""
+def _written(path: Path, content: IO[bytes], changed_s: float) -> str:
+    """Write a file that only its owner reads, with the date that it had → its checksum.
+
+    The oldest recordings go first where there is no room, and pictures are listed by their dates.
+    """
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     digest = hashlib.sha256()
     with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
@@ -206,6 +225,8 @@ def _written(path: Path, content: IO[bytes]) -> str:
             digest.update(block)
             file.write(block)
         file.flush()
+        if 0 <= changed_s < MAX_DATE_S:
+            os.utime(file.fileno(), (changed_s, changed_s))
         os.fsync(file.fileno())
     return digest.hexdigest()
 

@@ -6,6 +6,7 @@ import contextlib
 import errno
 import io
 import json
+import os
 import sqlite3
 import tarfile
 import tempfile
@@ -153,6 +154,43 @@ def test_nothing_is_written_beside_the_folder(home: Path, tmp_path: Path, monkey
     assert written == [str(volume)]
     assert content_of(volume)["settings.toml"] == FILES["settings.toml"]
     assert not list(volume.glob(".restore-*"))
+
+
+def test_files_come_back_with_their_dates(home: Path, tmp_path: Path) -> None:
+    """By them the oldest recording goes first, and pictures are in order."""
+    os.utime(home / "recordings" / "a.mcap", (1e9, 1e9))
+    restore_backup(write_backup(home, tmp_path / "b.tar.gz", recordings=True).file, tmp_path / "new")
+    assert (tmp_path / "new" / "recordings" / "a.mcap").stat().st_mtime == 1e9
+
+
+def test_a_backup_that_is_interrupted_leaves_the_former_and_nothing_else(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(_: Path) -> None:
+        raise KeyboardInterrupt
+
+    former = write_backup(home, tmp_path / "b" / "b.tar.gz").file.read_bytes()
+    monkeypatch.setattr(backup, "_content", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_backup(home, tmp_path / "b" / "b.tar.gz")
+    assert content_of(tmp_path / "b") == {"b.tar.gz": former}, "keys of logins would lie in what is left"
+
+
+def test_a_map_that_is_saved_again_while_it_is_packed_is_packed_again(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read, gone = backup._content, []
+
+    def saved_again(path: Path) -> contextlib.AbstractContextManager[io.BufferedIOBase]:
+        if path.name == "map.npz" and not gone:
+            gone.append((home / "maps" / "lab-1").rename(home / "maps" / "lab-2"))
+        return read(path)
+
+    monkeypatch.setattr(backup, "_content", saved_again)
+    restore_backup(write_backup(home, tmp_path / "b.tar.gz").file, tmp_path / "new")
+    found = content_of(tmp_path / "new")
+    assert found["maps/lab-2/floor/map.npz"] == FILES["maps/lab-1/floor/map.npz"] and len(gone) == 1
+    assert not any(name.startswith("maps/lab-1/") for name in found)
 
 
 def test_a_backup_that_cannot_be_read_says_so(tmp_path: Path) -> None:
