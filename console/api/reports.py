@@ -43,6 +43,7 @@ async def map_report(maps: SavedMaps) -> Response:
 @needs("viewer")
 async def drive_report(maps: SavedMaps, history: HistoryInUse) -> Response:
     """The drive so far: the way on the plan, its length and time, and every command with its end."""
+    begun, kept = maps.trajectory.begun, history.newest_first(commands_only=False, limit=MAX_LISTED)
     rows = [
         (
             clock(entry.wall),
@@ -51,10 +52,11 @@ async def drive_report(maps: SavedMaps, history: HistoryInUse) -> Response:
             STATE_WORDS.get(entry.state, entry.state),
             entry.remark,
         )
-        for entry in history.newest_first(commands_only=True, limit=MAX_LISTED)[::-1]
-        if entry.wall >= maps.trajectory.begun
+        for entry in reversed(kept)
+        if entry.what == "command" and entry.wall >= begun
     ]
-    return sent(await asyncio.to_thread(lambda: drive_document(maps, rows)), "drive")
+    whole = len(kept) < MAX_LISTED or kept[-1].wall < begun
+    return sent(await asyncio.to_thread(lambda: drive_document(maps, rows, whole=whole)), "drive")
 
 
 @reports.get("/reports/calibration/{kind}", **sends_file(MEDIA_TYPE))
@@ -115,8 +117,8 @@ def deviation(covariance: Array) -> float:
     return math.sqrt(max(0.0, float(np.linalg.eigvalsh(covariance)[-1])))
 
 
-def drive_document(maps: MapService, commands: list[tuple[str, str, str, str, str]]) -> str:
-    """The way on the plan, and the commands. Raises BadInput where nothing is known yet."""
+def drive_document(maps: MapService, commands: list[tuple[str, str, str, str, str]], *, whole: bool) -> str:
+    """The way on the plan, and the commands, `whole`: all of them. Raises BadInput where nothing is known yet."""
     stamps, poses = laid_out(maps.trajectory.rows(), maps.snapshot.floor)
     way = np.array([(pose.x, pose.y) for pose in poses]).reshape(-1, 2)
     length = float(np.hypot(*np.diff(way, axis=0).T).sum()) if len(way) > 1 else 0.0
@@ -125,7 +127,7 @@ def drive_document(maps: MapService, commands: list[tuple[str, str, str, str, st
         ("made", clock(time.time())),
         ("length of the way", f"{length:.2f} m"),
         ("time", f"{stamps[-1] - stamps[0]:.0f} s" if stamps else "0 s"),
-        ("commands", str(len(commands))),
+        ("commands", str(len(commands)) if whole else f"the newest {len(commands)}"),
     ]
     head = ("time", "command", "by", "end", "remark")
     return document_html(

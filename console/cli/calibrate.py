@@ -183,9 +183,12 @@ def _add_array(kinds: Any) -> None:
 
 
 def run_array(chosen: argparse.Namespace) -> int:
-    from core.pipelines.calibrate_microphones import calibrate_array  # scipy takes a moment
+    from core.pipelines.calibrate_microphones import TURNED_PROFILE, calibrate_array  # scipy takes a moment
     from core.sensors.microphones import load_array
 
+    profile, turned = Path(chosen.array), None if chosen.out is None else chosen.out / TURNED_PROFILE
+    if turned is not None and profile.exists() and turned.exists() and turned.samefile(profile):
+        raise BadInput(f"The turned profile would take the place of {profile}; give another folder with --out.")
     azimuths = [math.radians(azimuth) for azimuth in chosen.azimuths]
     with progress() as shown:
         report = calibrate_array(chosen.sounds, azimuths, load_array(chosen.array), chosen.out, progress=shown)

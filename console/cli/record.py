@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import signal
 import time
 from contextlib import closing
 from pathlib import Path
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from core.recording.mcap_writing import RecordedFile
     from core.robots import Robot
 
-ENDING = ".mcap"
+ENDING, PART = ".mcap", ".part"  # as `core.recording.mcap_writing` has it, which takes a moment to import
 REPORT_PERIOD_S = 1.0  # [s] between two reports of progress
 
 
@@ -33,8 +34,9 @@ def run(chosen: argparse.Namespace) -> int:
     """Record until the time is over, or the program is interrupted."""
     if chosen.out.suffix != ENDING:
         raise BadInput("--out takes a file whose name ends in .mcap.")
-    if chosen.out.exists():
-        raise BadInput(f"{chosen.out} is there already; give another name, or remove it.")
+    for there in (chosen.out, chosen.out.with_name(chosen.out.name + PART)):
+        if there.exists():
+            raise BadInput(f"{there} is there already; give another name, or remove it.")
     if chosen.seconds is not None and not 0 < chosen.seconds < 1e7:
         raise BadInput("--seconds takes a number above 0.")
     from core.robots.connect import connect  # robots take a second to import: only here
@@ -49,13 +51,14 @@ def run(chosen: argparse.Namespace) -> int:
 
 
 def record(robot: Robot, out: Path, seconds: float | None, say: Any) -> RecordedFile:
-    """Write what the robot senses. Raises Unwritable; an interruption finishes the file."""
+    """Write what the robot senses. Raises Unwritable; an interruption (Ctrl+C, SIGTERM) finishes the file."""
     from core.pipelines.record import RobotRecording
 
     recording, period = RobotRecording(robot, out), 1 / robot.profile.rate
     began = due = time.monotonic()
     unix_from_monotonic = time.time() - began  # a clock that is set meanwhile tears no gap
     reported = began - REPORT_PERIOD_S
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         while seconds is None or time.monotonic() - began < seconds:
             recording.add(unix_from_monotonic + time.monotonic())
@@ -69,4 +72,5 @@ def record(robot: Robot, out: Path, seconds: float | None, say: Any) -> Recorded
         pass
     finally:
         written = recording.file.finish()
+        signal.signal(signal.SIGTERM, before)
     return written

@@ -16,6 +16,7 @@ from core.recording.sound_file import read_sound
 from core.sensors.microphones import MicrophoneArray
 
 DECIMAL_DIGITS = 6
+TURNED_PROFILE = "array.toml"  # in --out
 
 
 class ClapFigures(TypedDict):
@@ -113,4 +114,4 @@ def write_profile(out: Path, array: MicrophoneArray, found: Orientation) -> str:
         f"position_sd_m = {array.position_sd}",
         *([] if array.rate is None else [f"sample_rate_hz = {array.rate}"]),
     ]
-    return save(out / "array.toml", "\n".join(lines) + "\n")
+    return save(out / TURNED_PROFILE, "\n".join(lines) + "\n")

@@ -47,6 +47,14 @@ def test_the_arrays_turn_comes_out_with_its_doubt_and_as_a_profile(
     assert np.allclose(profile.positions[:, :2], turned, atol=1e-5)
 
 
+def test_the_profile_that_it_starts_from_is_not_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    profile = tmp_path / "array.toml"
+    profile.write_text("positions_m = [[0, 0, 0], [0.1, 0, 0]]\n")
+    options = ["--azimuths", "0", "--array", str(profile), "--out", str(tmp_path)]
+    assert main(["calibrate", "array", "a.wav", *options]) == 1
+    assert "would take the place of" in capsys.readouterr().err
+
+
 def test_what_is_missing_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = recorded(tmp_path / "a.wav", 0.0)
     assert main(["calibrate", "array", file, "--array", "respeaker-odas"]) == 1

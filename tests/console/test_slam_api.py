@@ -271,7 +271,9 @@ def test_a_damaged_map_is_refused_and_the_robot_goes_on_as_it_was(lab: Live) -> 
     assert lab.runtime.snapshot is not None and lab.runtime.pilots.failure == ""
 
 
-def test_the_report_of_a_drive_lists_the_commands_of_this_drive_alone(live: Live) -> None:
+def test_the_report_of_a_drive_lists_the_commands_of_this_drive_alone(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def report() -> str:
         return live.ask("GET", "/api/reports/drive", token=live.viewer).body.decode()
 
@@ -284,3 +286,6 @@ def test_the_report_of_a_drive_lists_the_commands_of_this_drive_alone(live: Live
     live.until(lambda: len(trajectory) > 0)
     live.ask("POST", "/api/commands", {"text": "fly to the new moon"}, token=live.operator)
     assert "new moon" in report() and "old moon" not in report()
+    assert "<td>1</td>" in report()
+    monkeypatch.setattr("console.api.reports.MAX_LISTED", 1)
+    assert "<td>the newest 1</td>" in report()

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import os
 import shlex
 import shutil
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +14,10 @@ import pytest
 
 import console.options
 import console.serve
+from console.__main__ import main
 from console.cli import build_parser
 from console.recording.service import RecordingService
+from core.pipelines.record import RobotRecording
 from core.simulation.faulty_robot import open_robot
 from tests.benchmarks.replays import repeated
 from tests.console.live import Live
@@ -52,6 +57,34 @@ def test_every_command_of_the_three_pages_does_what_it_says(
         "evo_ape tum before/trajectory.tum after/trajectory.tum"
     ]
     assert Path("after/report.html").exists()
+
+
+def test_a_recording_without_a_page_that_is_ended_is_a_whole_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As `timeout 60 beckon record` and a service manager end it."""
+
+    def ended(recording: RobotRecording, logged: float) -> None:
+        add(recording, logged)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    def unheard(*_: object) -> None:
+        raise AssertionError("it would have been killed")
+
+    add, out = RobotRecording.add, tmp_path / "walk.mcap"
+    monkeypatch.setattr(RobotRecording, "add", ended)
+    before = signal.signal(signal.SIGTERM, unheard)
+    try:
+        assert main(["record", "--robot", "sim:lab", "--out", str(out), "--json"]) == 0
+        assert signal.getsignal(signal.SIGTERM) is unheard
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert json.loads(capsys.readouterr().out)["complete"] and [path.name for path in tmp_path.iterdir()] == [
+        out.name
+    ]
+    out.rename(tmp_path / "walk.mcap.part")  # as one that was killed leaves it
+    assert main(["record", "--robot", "sim:lab", "--out", str(out)]) == 1
+    assert "walk.mcap.part is there already" in capsys.readouterr().err
 
 
 @pytest.mark.campaign
