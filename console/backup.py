@@ -29,7 +29,7 @@ HALT = "halt."  # begins the latch of a halt: only a person ends it
 RECORDINGS = "recordings"
 MAX_MANIFEST_BYTES = 64 << 20
 BLOCK_BYTES = 1 << 20
-TRIES = 3  # to pack a folder in which files go meanwhile
+MAX_TRIES = 3  # to pack a folder in which files go meanwhile
 MAX_DATE_S = 1 << 33  # that a file may bear
 
 
@@ -63,7 +63,7 @@ def _written_box(home: Path, written: IO[bytes], recordings: bool) -> list[dict[
 
     Raises OSError, sqlite3.Error.
     """
-    for tries_left in reversed(range(TRIES)):
+    for tries_left in reversed(range(MAX_TRIES)):
         rows: list[dict[str, Any]] = []
         try:
             with tarfile.open(fileobj=written, mode="w:gz") as box:

@@ -82,7 +82,7 @@ class PlaceService(Part):
         names = {old.name: wanted}
 
         def change(marks: MapMarks) -> MapMarks:
-            now = self.find(old.name)  # somebody else may have changed it since
+            now = self.find(old.name)  # others may have changed it since
             x, y = at or (now.x_m, now.y_m)
             looks = heading if turned else now.heading_rad
             mark = self._placed(PlaceMark(wanted, x, y, looks, by=who.name, outline_m=now.outline_m))
