@@ -23,6 +23,7 @@ from core.speech.recognition.decision import Decision, RecognizedUtterance
 
 ROOM = Person("room", "a voice in the room", "viewer")
 NOT_OBEYED = Statement("speech.shown_only")
+NO_LONGER = Statement("speech.no_longer_accepted")
 HIGHER = Statement("speech.no_interruption")
 
 
@@ -60,6 +61,12 @@ class VoiceCommands(WordListener, Part):
         self.operator = None
         self._pending_commands.forget(EARS, Statement("speech.obeyed_no_more"))
 
+    def tick(self, now: float) -> None:
+        """Who took words on does so no more when another drives, also where nobody speaks meanwhile."""
+        if self.operator is not None and not self._lease.held_by(self.operator):
+            self.release()
+            self._notifications.tell("info", NO_LONGER)
+
     def _stop(self, decision: Decision, said: Spoken) -> int | None:
         self._dispatcher.stop(ROOM, EARS)
         return None
@@ -75,7 +82,7 @@ class VoiceCommands(WordListener, Part):
             return NOT_OBEYED
         if not self._lease.held_by(self.operator):
             self.release()
-            return Statement("speech.no_longer_accepted")
+            return NO_LONGER
         busy = not self.at_console and self._dispatcher.busy_besides(SPOKEN_SOURCES)
         return HIGHER if busy else ""
 

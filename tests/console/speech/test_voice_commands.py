@@ -101,6 +101,18 @@ def test_nothing_is_obeyed_until_a_driver_takes_words_on(live: Live, spoken: Voi
     assert said(live, "turn left") == NOT_OBEYED
 
 
+def test_who_lost_control_has_taken_no_words_on_when_it_comes_back(live: Live, spoken: VoiceCommands) -> None:
+    def lease(do: str, token: str) -> int:
+        return live.ask("POST", "/api/lease", {"do": do}, token=token).status
+
+    other = live.runtime.access.logins.issue("second operator", "operator")
+    assert listen(live, True).json["obeying"] and live.ask("GET", "/api/hearing", token=live.viewer).json["obeying"]
+    assert lease("take", other) == 200
+    live.until(lambda: not live.ask("GET", "/api/hearing", token=live.viewer).json["obeying"])
+    assert lease("release", other) == lease("acquire", live.operator) == 200
+    assert said(live, "turn left") == NOT_OBEYED
+
+
 def test_late_words_and_those_below_a_hand_are_not_obeyed(live: Live, spoken: VoiceCommands) -> None:
     assert listen(live, True).status == 200
     assert "too late" in said(live, "turn left", age=4.0)
@@ -189,7 +201,7 @@ def test_words_are_let_go_with_the_wheel(live: Live, spoken: VoiceCommands) -> N
     holder = live.runtime.lease.holder
     assert holder is not None
     live.on_loop(lambda: live.runtime.dispatcher.forget(holder))
-    assert "no longer drives" in said(live, "turn left")
+    live.until(lambda: "no longer drives" in live.runtime.notifications.shown[-1].text)
     assert said(live, "turn left") == NOT_OBEYED
 
 
