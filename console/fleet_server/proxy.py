@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import ssl
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from typing import Any
 from urllib.parse import SplitResult, quote, urlsplit
 
@@ -24,13 +24,15 @@ from console.access.open_sockets import TooMany
 from console.access.roles import needs
 from console.control.durable_answers import URGENT
 from console.fleet.bus import FleetKeyAnswer, trusting
-from console.fleet_server.runtime import FleetRuntime
+from console.fleet_server.runtime import FleetRuntime, RobotRole
 from console.http.problems import Problem
 from console.options import LOOPBACK, in_address
+from core.errors import BadInput
 from core.sentences import Statement
 
 CONNECT_TIMEOUT_S = 3.0
 ANSWER_TIMEOUT_S = 60.0
+ROLE_PERIOD_S = 0.5  # between looks whether the role of who has a socket open is still the same
 CHUNK_BYTES = 65_536
 DATA_ALONE = (b"content-security-policy", b"sandbox; default-src 'none'; frame-ancestors 'self'")
 HANDED_ON = frozenset(
@@ -112,6 +114,7 @@ class RobotConsoles:
         who: Person = scope["person"]
         await receive()  # the request to connect
         try:
+            role = self._runtime.role_at(who, name)
             there = await self._dial(name, path, scope, who)
         except Problem as problem:
             await send({"type": "websocket.close", "code": 1013, "reason": problem.detail[:120]})
@@ -123,6 +126,7 @@ class RobotConsoles:
             if not ended.done():
                 ended.set_result((code, reason))
 
+        watch = asyncio.ensure_future(self._watch_role(who, name, role, close))
         try:
             with self._runtime.sockets.room_for(who, close):
                 await send({"type": "websocket.accept", "subprotocol": there.subprotocol})
@@ -130,9 +134,20 @@ class RobotConsoles:
         except TooMany as why:
             code, reason = 1013, str(why)
         finally:
+            watch.cancel()
             await there.close()
         with contextlib.suppress(RuntimeError):  # the browser was first
             await send({"type": "websocket.close", "code": code, "reason": reason})
+
+    async def _watch_role(self, who: Person, name: str, role: RobotRole, close: Callable[[int, str], None]) -> None:
+        """End a socket whose person has another role at this robot by now: its key is of the former one."""
+        try:
+            while self._runtime.role_at(who, name) == role:
+                await asyncio.sleep(ROLE_PERIOD_S)
+        except BadInput as why:
+            close(1008, str(why)[:120])
+            return
+        close(1008, Statement("fleet.role_changed", name=name))
 
     async def _dial(self, name: str, path: str, scope: Scope, who: Person) -> ClientConnection:
         """Open a socket of a robot's console; once more with a new key where the old one is refused."""
