@@ -62,7 +62,7 @@ class VoiceCommands(WordListener, Part):
         self._pending_commands.forget(EARS, Statement("speech.obeyed_no_more"))
 
     def tick(self, now: float) -> None:
-        """Who took words on does so no more when another drives, also where nobody speaks meanwhile."""
+        """Let go of the words when another drives, also where nobody speaks meanwhile."""
         if self.operator is not None and not self._lease.held_by(self.operator):
             self.release()
             self._notifications.tell("info", NO_LONGER)

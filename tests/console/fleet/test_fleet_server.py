@@ -156,8 +156,8 @@ async def check_plain_http(
     member._address = right
 
 
-async def check_socket(port: int, key: str) -> None:
-    """Texts and bytes go both ways, and how it ended is said."""
+async def check_socket(port: int, key: str, change_role: Callable[[], None]) -> None:
+    """Texts and bytes go both ways, and how it ended is said; it ends with the role with which it was opened."""
     told = {"Authorization": f"Bearer {key}"}
     url = f"ws://127.0.0.1:{port}/robots/r1/ws"
     async with connect(url, additional_headers=told, proxy=None) as line:
@@ -166,14 +166,9 @@ async def check_socket(port: int, key: str) -> None:
         assert await line.recv() == b"\x00\x01"
         await line.wait_closed()
         assert (line.close_code, line.close_reason) == (4001, "enough")
-
-
-async def check_role(port: int, key: str, change: Callable[[], None]) -> None:
-    """A socket ends with the role with which it was opened."""
-    told = {"Authorization": f"Bearer {key}"}
-    async with connect(f"ws://127.0.0.1:{port}/robots/r1/ws", additional_headers=told, proxy=None) as line:
+    async with connect(url, additional_headers=told, proxy=None) as line:
         await line.recv()
-        change()
+        change_role()
         async with asyncio.timeout(20):
             await line.wait_closed()
         assert (line.close_code, line.close_reason) == (1008, "Your role at r1 has changed.")
@@ -229,8 +224,7 @@ def test_each_role_does_what_it_may_and_a_console_is_opened_with_ones_own_role_a
             while runtime.router._session in (stale, None) or runtime.router.table.robots["r1"].link != "live":
                 await asyncio.sleep(0.01)  # it listens anew: connections that were given up meanwhile wait no more
             runtime._ticked_at, runtime._back_at = time.monotonic(), 0.0
-            await check_socket(port, keys["viewer"])
-            await check_role(port, keys["operator"], lambda: runtime.roles.set("operator", "r1", "operator"))
+            await check_socket(port, keys["operator"], lambda: runtime.roles.set("operator", "r1", "operator"))
             others = shown_certificate(another.certificate)
             await check_certificate(asked, console, runtime, port, keys["operator"], others)
             await check_plain_http(asked, console, runtime, port, keys["operator"])
