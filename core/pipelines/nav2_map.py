@@ -2,7 +2,6 @@
 
 import io
 import math
-import re
 import struct
 import zipfile
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from typing import Any, Literal
 import cv2
 import numpy as np
 
+from core.calibration.files.pgm import HeadMismatch, in_8_bits, pgm_size, read_pgm
 from core.calibration.files.yaml_reading import read_yaml
 from core.errors import BadInput
 from core.message import Array
@@ -36,9 +36,6 @@ MIN_CELL_M, MAX_CELL_M = 0.001, 1.0
 TRUE_WORDS, FALSE_WORDS = ("1", "true", "yes", "y", "on"), ("0", "false", "no", "n", "off")  # as Nav2 reads them
 MAC_SIDE_FILE = "._"  # how the names of files begin that macOS puts beside others in a zip
 PICTURE_ENDINGS = (".pgm", ".png", ".bmp")
-PGM_GAP = rb"(?:\s|#[^\n]*\n)+"
-PGM_HEAD = re.compile(rb"(P[25])%b(\d{1,9})%b(\d{1,9})%b(\d{1,9})(?:\r\n|\s)" % (PGM_GAP, PGM_GAP, PGM_GAP))
-PGM_COMMENT = re.compile(rb"#[^\n]*\n")  # behind the head, where some programs write them
 PNG_HEAD, BMP_HEAD = b"\x89PNG\r\n\x1a\n", b"BM"
 SURE_LOG_ODDS = 4.0  # of a cell that a map says to be occupied or free
 EVEN_LOG_ODDS = 0.01  # of a cell of 50 %: it is known, and neither
@@ -240,9 +237,15 @@ def _origin(settings: dict[str, Any]) -> tuple[float, float, float]:
 
 def _pixels(picture: bytes) -> Array:
     """PGM, PNG or BMP → (rows, columns, channels) uint8; a fourth channel is the opacity. Raises BadInput."""
-    head = PGM_HEAD.match(picture)
-    if head is not None:
-        return _pgm_pixels(head, picture)
+    size = pgm_size(picture)
+    if size is not None:
+        _check_size(*size[:2])
+        try:
+            return read_pgm(picture)[..., None]
+        except HeadMismatch:
+            raise BadInput(Statement("nav2.pgm_head", width=size[0], height=size[1], most=size[2])) from None
+        except ValueError:
+            raise BadInput(Statement("nav2.picture")) from None
     width, height = 0, 0
     if picture[:8] == PNG_HEAD and len(picture) >= 24:
         width, height = struct.unpack(">II", picture[16:24])
@@ -255,35 +258,7 @@ def _pixels(picture: bytes) -> Array:
         pixels = None
     if pixels is None or pixels.shape[:2] != (height, width):
         raise BadInput(Statement("nav2.picture"))
-    if pixels.dtype == np.uint16:
-        pixels = np.rint(pixels / 257.0).astype(np.uint8)
-    return pixels.reshape(*pixels.shape[:2], -1)
-
-
-def _pgm_pixels(head: re.Match[bytes], picture: bytes) -> Array:
-    kind, (width, height, most) = head[1], (int(head[number]) for number in (2, 3, 4))
-    _check_size(width, height)
-    if not 0 < most < 65536:
-        raise BadInput(Statement("nav2.picture"))
-    rest = picture[head.end() :]
-    if kind == b"P5":
-        size = width * height * (2 if most > 255 else 1)
-        while (comment := PGM_COMMENT.match(rest)) is not None and len(rest) - comment.end() >= size:
-            rest = rest[comment.end() :]
-        if rest[size:].strip(b"\0\t\r\n "):
-            raise BadInput(Statement("nav2.pgm_head", width=width, height=height, most=most))
-        levels = np.frombuffer(rest[: len(rest) // 2 * 2] if most > 255 else rest, ">u2" if most > 255 else np.uint8)
-    else:
-        try:
-            levels = np.array(re.sub(rb"#[^\n]*", b"", rest).split(), np.int64)
-        except ValueError:
-            raise BadInput(Statement("nav2.picture")) from None
-    if len(levels) < width * height:
-        raise BadInput(Statement("nav2.picture"))
-    levels = levels[: width * height]
-    if levels.min() < 0 or levels.max() > most:
-        raise BadInput(Statement("nav2.pgm_head", width=width, height=height, most=most))
-    return np.rint(levels * (255.0 / most)).astype(np.uint8).reshape(height, width, 1)
+    return in_8_bits(pixels, (255, 65535)).reshape(height, width, -1)
 
 
 def _check_size(width: int, height: int) -> None:

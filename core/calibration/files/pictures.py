@@ -9,6 +9,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from core.calibration.files.pgm import HeadMismatch, in_8_bits, pgm_size, read_pgm
 from core.errors import BadInput
 from core.message import Array
 from core.sensors.checks import UnusableReading, fault
@@ -18,6 +19,7 @@ MOST_PIXELS = 2**25
 MOST_OF_A_PHOTOGRAPH = 2**26  # pixels: telephones take 50 million
 LEAST_SIDE = 64  # [pixel]
 MAX_TAIL_BYTES = 4096  # bytes after the end mark that cameras and editors are known to add
+PNG_HEAD = b"\x89PNG\r\n\x1a\n"
 SCAN_MARKER = 0xDA  # marker of a JPEG, after which its pixels begin: no end mark is among them
 
 
@@ -72,10 +74,10 @@ def decode(content: bytes, how: int, *, upright: bool = False) -> tuple[Array, s
     if not header.complete:
         raise BadInput("the file is cut off")
     try:
-        pixels = cv2.imdecode(
-            np.frombuffer(content, np.uint8), how if upright else how | cv2.IMREAD_IGNORE_ORIENTATION
-        )
-    except cv2.error:
+        pixels = _pixels(content, how if upright else how | cv2.IMREAD_IGNORE_ORIENTATION)
+    except HeadMismatch:
+        raise BadInput("its head says fewer pixels, or darker ones, than it holds; save it again") from None
+    except (cv2.error, ValueError):
         pixels = None
     sizes = {(header.height, header.width)} | ({(header.width, header.height)} if upright else set())
     if pixels is None or pixels.shape[:2] not in sizes:
@@ -87,6 +89,19 @@ def decode(content: bytes, how: int, *, upright: bool = False) -> tuple[Array, s
         )
     turned = header.turned and not upright
     return pixels, "it asks to be shown turned (EXIF); it is used as the sensor took it" if turned else ""
+
+
+def _pixels(content: bytes, how: int) -> Array | None:
+    """Bytes of a picture → uint8, as cv2 reads it, but for PGM and for files of 16 bits that hold fewer.
+
+    Raises ValueError, cv2.error.
+    """
+    if pgm_size(content) is not None:
+        grey = read_pgm(content)
+        return cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR) if how & cv2.IMREAD_COLOR else grey
+    deep = content.startswith(PNG_HEAD) and content[24:25] == b"\x10"
+    pixels = cv2.imdecode(np.frombuffer(content, np.uint8), how | cv2.IMREAD_ANYDEPTH if deep else how)
+    return None if pixels is None else in_8_bits(pixels)
 
 
 def _read(path: Path, how: int, *, upright: bool = False) -> tuple[Array, str]:
@@ -115,7 +130,7 @@ def look(content: bytes) -> Header | None:
     try:
         if content.startswith(b"\xff\xd8\xff"):
             return _jpeg(content)
-        if content.startswith(b"\x89PNG\r\n\x1a\n") and content[12:16] == b"IHDR":
+        if content.startswith(PNG_HEAD) and content[12:16] == b"IHDR":
             width, height = struct.unpack(">II", content[16:24])
             return Header(width, height, b"IEND" in content[-MAX_TAIL_BYTES:], turned=False)
         if content.startswith(b"BM"):

@@ -1,5 +1,6 @@
 """Laser scans in files: PCD (ascii and binary) and CSV of angle and range, or of x and y."""
 
+import codecs
 import csv
 import math
 import re
@@ -51,7 +52,7 @@ def _on_common_beams(scans: list[Array]) -> tuple[Array, Array]:
 
 
 def _read_csv(path: Path) -> list[Array]:
-    rows = [row for row in csv.reader(path.read_text(encoding="utf-8", errors="replace").splitlines()) if row]
+    rows = _rows(path.read_bytes())
     if len(rows) > MOST_POINTS:
         raise BadInput(f"{path.name} has more than {MOST_POINTS} lines; that is no scan.")
     columns = [] if not rows or number_in(rows[0][0]) is not None else [_column(name) for name in rows.pop(0)]
@@ -77,6 +78,20 @@ def _read_csv(path: Path) -> list[Array]:
     if "scan" in names:
         breaks = np.flatnonzero(np.diff(table[:, names.index("scan")]) != 0) + 1
     return np.split(points, breaks)
+
+
+def _rows(content: bytes) -> list[list[str]]:
+    """The cells of a table, whatever stands between them: commas, semicolons, tabs or blanks; without comments.
+
+    Beside semicolons and tabs a comma is that of a decimal fraction, as spreadsheets of many countries write it.
+    """
+    encoding = "utf-16" if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
+    lines = [line.strip() for line in content.decode(encoding, "replace").splitlines()]
+    lines = [line for line in lines if line and not line.startswith("#")]
+    between = next((sign for sign in ";\t," if lines and sign in lines[0]), " ")
+    if between in ";\t":
+        lines = [line.replace(",", ".") for line in lines]
+    return list(csv.reader(lines, delimiter=between, skipinitialspace=True))
 
 
 def _column(name: str) -> tuple[str, float]:

@@ -44,6 +44,32 @@ def test_a_picture_that_is_cut_off_is_refused(form: str, share: float) -> None:
         decode(content[: int(len(content) * share)], cv2.IMREAD_GRAYSCALE)
 
 
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"P5\r\n160 120\r\n255\r\n" + SHAPES.tobytes(),
+        b"P5\n160 120\n255\n# by a camera\n" + SHAPES.tobytes(),
+        b"P5 160 120 1023\n" + (SHAPES * np.uint16(4) + 3).astype(">u2").tobytes(),
+        b"P2\n# by hand\n160 120 255\n" + b" ".join(b"%d" % level for level in SHAPES.ravel().tolist()),
+        encoded(".png", SHAPES.astype(np.uint16) * 257),
+        encoded(".png", SHAPES.astype(np.uint16) * 16 + 15),
+        encoded(".png", SHAPES.astype(np.uint16)),
+    ],
+)
+def test_pictures_of_other_depths_and_heads_show_the_same(content: bytes) -> None:
+    assert np.abs(decode(content, cv2.IMREAD_GRAYSCALE)[0].astype(int) - SHAPES).max() <= 1
+    colours = decode(content, cv2.IMREAD_COLOR)[0]
+    assert colours.shape == (120, 160, 3) and np.abs(colours.astype(int) - SHAPES[..., None]).max() <= 1
+
+
+@pytest.mark.parametrize(
+    "content", [b"P5 159 120 255\n" + SHAPES.tobytes(), b"P5 160 120 255\n" + SHAPES.astype(">u2").tobytes()]
+)
+def test_a_head_that_does_not_fit_its_pixels_is_refused(content: bytes) -> None:
+    with pytest.raises(BadInput, match="fewer pixels"):
+        decode(content, cv2.IMREAD_GRAYSCALE)
+
+
 def test_a_lying_header_is_refused_before_decoding() -> None:
     content = bytearray(encoded(".jpg"))
     place = content.index(b"\xff\xc0") + 5
@@ -122,6 +148,23 @@ def test_points_become_bearings_and_ranges_without_a_heading(tmp_path: Path) -> 
     assert np.allclose(bearings, (-np.pi / 4, 0, np.pi / 4)) and np.allclose(ranges[0, 1], 2)
     bearings, ranges = read_scans(write(tmp_path / "bare.csv", "0.0,1.5\n0.1,1.6\n0.2,nan\n0.3,1.7\n0.4,0\n"))
     assert np.allclose(bearings, (0, 0.1, 0.3)) and np.allclose(ranges[0], (1.5, 1.6, 1.7))
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"angle,range\n-0.5,2\n0,2.5\n0.5,3\n",
+        b"\xef\xbb\xbfangle,range\r\n-0.5,2\r\n0,2.5\r\n0.5,3\r\n",
+        b"# a laser\n\nangle;range\n-0,5;2\n0;2,5\n0,5;3\n",
+        "angle\trange\n-0,5\t2\n0\t2,5\n0,5\t3\n".encode("utf-16"),
+        b"angle  range\n -0.5  2\n 0  2.5\n 0.5  3\n",
+        b"-0.5 2\n0 2.5\n0.5 3\n",
+    ],
+)
+def test_a_table_is_read_whatever_program_wrote_it(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "scan.csv").write_bytes(content)
+    bearings, ranges = read_scans(tmp_path / "scan.csv")
+    assert bearings == pytest.approx([-0.5, 0.0, 0.5]) and ranges == pytest.approx(np.array([[2.0, 2.5, 3.0]]))
 
 
 def test_pcd_in_both_spellings_says_the_same(tmp_path: Path) -> None:

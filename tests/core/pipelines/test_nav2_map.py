@@ -145,6 +145,13 @@ def test_lines_of_windows_and_comments_behind_the_head_shift_no_pixel(head: byte
     assert np.array_equal(read.values, read_nav2_map(yaml_of("raw").encode(), pgm(picture)).values)
 
 
+@pytest.mark.parametrize("times", [1, 257])
+def test_a_png_of_16_bits_is_the_map_that_it_shows(times: int) -> None:
+    text, picture = yaml_of("raw").encode(), drawn(3, 1)
+    read = read_nav2_map(text, png_of(picture * np.uint16(times)))
+    assert np.array_equal(read.values, read_nav2_map(text, png_of(picture)).values)
+
+
 def test_the_grey_that_nav2_saves_for_unknown_is_no_floor_with_its_own_thresholds() -> None:
     saved = yaml_of(occupied_thresh=0.65, free_thresh=0.25).encode()
     grey = np.array([[0, 205, 254]], np.uint8)
