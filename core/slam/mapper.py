@@ -167,8 +167,8 @@ class Mapper:
 
     @property
     def looking_around(self) -> bool:
-        """The still start is not over: the first move had better wait."""
-        return len(self.graph.submaps) == 1 and self.submaps.active.looking_around
+        """The still start is not over: the first move had better wait, but for that by which a lost robot is found."""
+        return self.lost is None and len(self.graph.submaps) == 1 and self.submaps.active.looking_around
 
     def believe(self, closure: int, believed: bool) -> bool:
         """Take a closure back, the map no longer bends to it, or believe it again → whether there is such a one."""

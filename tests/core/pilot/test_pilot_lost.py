@@ -186,3 +186,16 @@ def test_after_a_restart_of_the_base_the_robot_looks_for_its_place(rolled: float
     places = [now.estimate.pose.vector] if lost is None else list(lost.candidates)
     assert min(truth.distance_to(x, y) for x, y, _ in places) < 0.1
     assert rolled or lost is None  # one view does not tell places apart
+
+
+def test_a_robot_that_has_not_moved_yet_turns_left_to_find_itself_on_a_loaded_map(outing: Outing) -> None:
+    saved = outing.pilot.keep_map()
+    again = Outing(seed=5)
+    again.step(140)
+    again.pilot.enter_map(saved)
+    again.step(40)
+    assert again.now.floor.lost is not None
+    again.obey("turn left", frames=400)  # as the robot advises; its still start would wait for ever while it is lost
+    assert again.now.floor.lost is None
+    distance, angle = again.error()
+    assert distance < 0.1 and angle < math.radians(3)
