@@ -1,7 +1,7 @@
 """The mapper (front end and back end of SLAM): track, see, draw, keep a view, straighten the map in spare time."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -140,8 +140,8 @@ class Mapper:
 
     @property
     def slam(self) -> SlamHealth:
-        """The health of the filter in the active submap."""
-        return self.submaps.active.health
+        """The health of the filter in the active submap; it looks around where the map does."""
+        return replace(self.submaps.active.health, looking_around=self.looking_around)
 
     @property
     def lost(self) -> LostStatus | None:
@@ -167,7 +167,7 @@ class Mapper:
 
     @property
     def looking_around(self) -> bool:
-        """The still start is not over: the first move had better wait, but for that by which a lost robot is found."""
+        """The still start is not over: the first move had better wait. A lost robot moves to be found."""
         return self.lost is None and len(self.graph.submaps) == 1 and self.submaps.active.looking_around
 
     def believe(self, closure: int, believed: bool) -> bool:
