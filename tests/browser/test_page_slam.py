@@ -103,6 +103,38 @@ def test_a_robot_that_lost_its_place_claims_no_accuracy(visit: Open) -> None:
         assert words.count("± ?") == 3 and "mm" not in words and "lost" in words.lower(), words
 
 
+def test_where_a_lost_robot_may_be_is_marked_on_the_map_and_nothing_lies_over_placing_it(visit: Open) -> None:
+    here = visit()
+    expect(here.find("estimate-line")).to_contain_text("mm")
+    place = {"x_m": 1.0, "y_m": 0.5, "heading_rad": 0.7}
+    changed = here.page.evaluate(
+        """place => {
+            const map = document.querySelector("flat-map"), canvas = map.querySelector("canvas");
+            const { view } = map.session;
+            const shown = candidates => {
+                const state = structuredClone(view.state);
+                state.floor.lost = { phase: "asking", words: "Where am I?", candidates };
+                map.show({ ...view, state });
+                return canvas.toDataURL();
+            };
+            return shown([]) !== shown([place]);
+        }""",
+        place,
+    )
+    assert changed, "the place is drawn"
+    here.open_tab("SLAM")
+    here.button("It is here…").click()
+    expect(here.find("place-view")).to_be_visible()
+    expect(here.find("command-status")).to_be_hidden()
+    covered = """() => {
+        const stack = document.querySelector("banner-stack"), state = structuredClone(stack.session.view.state);
+        state.floor.lost = { phase: "asking", words: "Where am I?", candidates: [] };
+        stack.show({ ...stack.session.view, state });
+        return stack.querySelector('[data-banner="localization"]').checkVisibility();
+    }"""
+    assert here.page.evaluate(covered) is False, "its banner would cover its words"
+
+
 def test_the_robot_is_shown_where_it_is_by_press_and_drag(visit: Open, console: Running) -> None:
     here = visit(size=PHONE)
     here.open_tab("SLAM")

@@ -211,7 +211,8 @@ class FlatMap extends Panel {
     );
     const rest = [path.length, goal?.x_m, goal?.y_m, direction?.id, Math.round(direction?.age_s ?? 99), up];
     const moves = this.#layers.has("ghost") || state.playback?.comparison;
-    const picture = [...near, ...rest, state.landmarks.length, moves && state.seq].join(" ");
+    const places = JSON.stringify(state.floor.lost?.candidates ?? []);
+    const picture = [...near, ...rest, state.landmarks.length, places, moves && state.seq].join(" ");
     if (picture !== this.#drawn) this.#draw(picture);
     this.#glide();
   }

@@ -37,6 +37,7 @@ const MAX_FAN_PX = 240; // of the same
 const TRAIL_LEVELS = 10; // of how fresh it is
 const ROBOT_PX = 12; // that its radius has at least
 const OTHER_PX = 7; // that of its other poses
+const CANDIDATE_PX = 19; // that of a place where it may be
 const MAX_HALF_PX = 640; // of the robot's canvas
 const HALF_STEP_PX = 16; // its size changes rarely
 const RIPPLE_S = 1.2; // [s] that the ring of a voice runs
@@ -92,6 +93,8 @@ export function drawFlat(canvas, view, scene) {
     if (person) brush.person(person, robot, person.name || (scene.room.find(same)?.id ?? t("flat-drawing.person")));
   }
   if (layers.has("places")) for (const place of scene.places) brush.place(place);
+  for (const [rank, { x_m: x, y_m: y, heading_rad: heading }] of (state.floor.lost?.candidates ?? []).entries())
+    brush.candidate({ x, y, heading }, rank === 0 ? 0.9 : 0.5);
   if (layers.has("ghost")) {
     const { x_m: x, y_m: y, heading_rad: heading } = state.dead_reckoning;
     brush.robot({ x, y, heading }, scene.radius, "scene-ghost", 0.6);
@@ -426,6 +429,12 @@ class Brush {
       strength,
       ...(edge ? { edge } : {}),
     });
+  }
+
+  /** Where a lost robot may be: around the robot where both are at one place. @param {{x: number, y: number, heading: number}} at @param {number} strength 0..1 */
+  candidate({ x, y, heading }, strength) {
+    const look = { radius: CANDIDATE_PX, colour: this.colour("scene-ghost"), strength };
+    drawRobot(this.context, this.view.drawn({ x, y }), heading, look);
   }
 
   /** What the camera sees. @param {{x: number, y: number, heading: number}} at @param {readonly [number, number]} edges @param {string} colour */
