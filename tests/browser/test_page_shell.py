@@ -34,6 +34,19 @@ OTHER_WORDS = """() => {
 }"""
 
 
+def test_a_wide_calibrate_page_has_its_wizards_in_rows_beside_what_the_camera_sees(visit: Open) -> None:
+    here = visit(size=DESK, at="calibrate")
+    picture = here.find(".home-picture")
+    expect(picture).to_be_visible()
+    beside = picture.bounding_box()
+    cards = [box for one in here.find(".wizard-card").all() if (box := one.bounding_box())]
+    assert beside and len(cards) == 3
+    assert len({box["x"] for box in cards}) == 1 and cards[0]["x"] + cards[0]["width"] < beside["x"]
+    assert cards[-1]["y"] + cards[-1]["height"] <= DESK[1], "none is below the fold"
+    here.page.set_viewport_size({"width": 820, "height": 1180})
+    expect(picture).to_be_hidden()
+
+
 def test_no_button_of_the_bar_moves_with_its_words(visit: Open) -> None:
     here = visit()
     here.fresh()

@@ -7,6 +7,7 @@ import { t } from "../ui/texts.js";
 import { inWords, since, standing } from "./active-calibration.js";
 import * as api from "./api.js";
 import { orientationInWords, read as readMicrophones } from "./microphones-api.js";
+import { RobotCamera } from "./picture-source.js";
 import { WizardStep } from "./wizard-step.js";
 
 /** @import { Kind } from "./types.js" */
@@ -22,6 +23,8 @@ const COUNTED = /** @type {const} */ ({
   camera: ["calibration-home.one_view", "calibration-home.count_views"],
   laser: ["calibration-home.one_pose", "calibration-home.count_poses"],
 });
+
+const WIDE = matchMedia("(min-width: 1200px)"); // where there is room for the camera's picture beside the wizards
 
 class CalibrationHome extends WizardStep {
   #camera = wizard(
@@ -42,6 +45,15 @@ class CalibrationHome extends WizardStep {
     t("calibration-home.microphones"),
     t("calibration-home.how_the_array_is_turned_on"),
   );
+  #picture = make("canvas.home-picture", { role: "img", "aria-label": t("calibration-home.what_the_camera_sees_now") });
+  #sees = make(
+    "section.card.page-card.home-sees",
+    make("h2", t("calibration-home.what_the_camera_sees_now")),
+    this.#picture,
+    make("p.note", t("calibration-home.straight_edges_look_bent_at_the")),
+  );
+  /** @type {RobotCamera | null} */
+  #robot = null;
   #rows = make("ul.rows");
   #begun = make("section.card.begun", { "aria-label": t("calibration-home.begun"), hidden: true });
   #file = make("input.visually-hidden", {
@@ -57,6 +69,7 @@ class CalibrationHome extends WizardStep {
       make(
         "div.home",
         make("div.wizards", this.#camera.card, this.#laser.card, this.#microphones.card),
+        this.#sees,
         this.#begun,
         this.#foot,
       ),
@@ -84,7 +97,14 @@ class CalibrationHome extends WizardStep {
   }
 
   /** @override */
+  left() {
+    this.#robot?.close();
+  }
+
+  /** @override */
   opened() {
+    this.#robot ??= new RobotCamera(this.session);
+    if (WIDE.matches) this.#robot.open();
     readMicrophones().then(
       (report) => {
         write(
@@ -105,6 +125,7 @@ class CalibrationHome extends WizardStep {
 
   /** @override */
   draw() {
+    this.#drawPicture();
     const { rows, inUse, may } = this.model;
     if (!isNew(this, rows, inUse, may)) return;
     for (const [kind, card] of /** @type {const} */ ([
@@ -126,6 +147,14 @@ class CalibrationHome extends WizardStep {
     const title = t(may ? "calibration-home.go_on_where_you_left_off" : "calibration-home.calibrations_to_look_at");
     this.#begun.replaceChildren(cardHead(title), this.#rows);
     this.#rows.replaceChildren(...(rows ?? []).map((row) => this.#row(row)));
+  }
+
+  #drawPicture() {
+    const frame = this.#robot?.frame;
+    this.#sees.hidden = !frame;
+    if (!frame) return;
+    [this.#picture.width, this.#picture.height] = [frame.width, frame.height];
+    this.#picture.getContext("2d")?.drawImage(frame.image, 0, 0);
   }
 
   /** @param {Row} row */

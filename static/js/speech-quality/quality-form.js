@@ -87,14 +87,22 @@ class QualityForm extends PagePanel {
     return this.#around.value === PLACE;
   }
 
+  /** @returns {number[]} how far the place of the map is from the robot [m]; [] while it is not said where */
+  #away() {
+    const { x_m: x = 0, y_m: y = 0 } = this.model.session.state?.pose ?? {};
+    const metres = Math.hypot(this.#x.valueAsNumber - x, this.#y.valueAsNumber - y);
+    return Number.isFinite(metres) ? [Math.round(10 * metres) / 10] : [];
+  }
+
   /** @override */
   draw() {
     const runs = this.model;
     this.#place.hidden = !this.#placed;
     this.#far.hidden = this.#placed;
-    const known = Number.isFinite(this.#x.valueAsNumber) && Number.isFinite(this.#y.valueAsNumber);
-    const distances = this.#placed ? Number(known) : ticked(this.#distances).length;
-    const count = distances * ticked(this.#noises).length;
+    const distances = this.#placed ? this.#away() : ticked(this.#distances);
+    const noises = ticked(this.#noises);
+    const count = distances.length * noises.length;
+    runs.plan(distances.flatMap((distance_m) => noises.map((snr_db) => ({ distance_m, snr_db }))));
     const why = runs.whyNot || (runs.runs && !runs.may ? t("quality-form.you_are_watching_only_an_operator") : "");
     this.#begin.disabled = Boolean(why) || count === 0 || runs.running !== null;
     const says =

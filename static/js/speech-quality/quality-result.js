@@ -11,7 +11,7 @@ import { t } from "../ui/texts.js";
 import { report } from "./runs.js";
 
 /** @import { QualityRow as Row, QualityRunState as Run } from "../net/rest.js" */
-/** @import { Runs } from "./runs.js" */
+/** @import { Place, Runs } from "./runs.js" */
 
 const HEADS = [
   t("quality-result.distance"),
@@ -62,8 +62,11 @@ class QualityResult extends PagePanel {
     if (run === null) {
       write(this.#title, t("quality-result.nothing_was_measured_here_yet"));
       write(this.#summary, PROMISE);
-      this.#table.hidden = this.#verdict.hidden = true;
+      this.#verdict.hidden = true;
       this.#going.show(null, false, "");
+      const { planned } = this.model;
+      this.#table.hidden = planned.length === 0;
+      if (isNew(this, planned)) this.#body.replaceChildren(...planned.map(plannedLine));
       return;
     }
     const running = run.state === "running";
@@ -91,12 +94,18 @@ const place = ({ distance_m, snr_db }) =>
 /** @param {number} value */
 const signed = (value) => String(value).replace("-", "−");
 
+/** @param {Place} place @returns {HTMLElement[]} */
+const headOf = ({ distance_m, snr_db }) => [
+  make("th", { scope: "row" }, `${distance_m} m`),
+  make("td", t("quality-result.signed_db", { signed: signed(snr_db) })),
+];
+
+/** @param {Place} place that would be measured */
+const plannedLine = (place) => make("tr.is-empty", ...headOf(place), ...HEADS.slice(2).map(() => make("td", "–")));
+
 /** @param {Run} run @param {Row} row @param {number} index */
 function line(run, row, index) {
-  const head = [
-    make("th", { scope: "row" }, `${row.distance_m} m`),
-    make("td", t("quality-result.signed_db", { signed: signed(row.snr_db) })),
-  ];
+  const head = headOf(row);
   if (row.commands === undefined) {
     const why = row.refused || (run.state === "running" ? "…" : t("quality-result.not_measured"));
     return make("tr.is-empty", ...head, make("td", { colspan: "6" }, why));

@@ -13,14 +13,25 @@ const ASK_MS = 700;
 /** @param {string} id @param {number} row */
 export const report = (id, row) => address(`${ROOT}/${encodeURIComponent(id)}/report/${row}`).href;
 
+/** @typedef {{distance_m: number, snr_db: number}} Place */
+
 /** @extends {RunsModel<Run>} */
 export class Runs extends RunsModel {
   whyNot = "";
+  /** @type {readonly Place[]} where the form would measure now */
+  planned = [];
 
   /** @param {Session} session */
   constructor(session) {
     super(session, ROOT, ROOT);
     this.poll(ASK_MS, () => this.running !== null);
+  }
+
+  /** @param {readonly Place[]} places */
+  plan(places) {
+    if (JSON.stringify(places) === JSON.stringify(this.planned)) return;
+    this.planned = places;
+    this.tell();
   }
 
   /** @override @param {{runs: Run[], why_not: string}} answer */
