@@ -52,6 +52,15 @@ def test_a_phones_menu_shows_the_language_and_its_commands_take_two_rows(visit: 
     assert len({round(box["y"] + box["height"] / 2) for box in boxes}) == 1
 
 
+def test_a_phones_speed_takes_two_lines_and_the_link_keeps_how_quickly_stop_was_answered(visit: Open) -> None:
+    here = visit(size=PHONE)
+    speed = here.find(".top-speed").bounding_box()
+    assert speed and speed["height"] < 45, "Speed 3 | up to 0.18 m/s"
+    here.button("STOP").click()
+    here.find("link-chip button").click()
+    expect(here.find("link-chip .pairs")).to_contain_text(re.compile(r"Your last STOP\s*answered after \d+ ms"))
+
+
 def test_holding_w_drives_the_robot_and_letting_go_stops_it(visit: Open, console: Running) -> None:
     here = visit()
     start = console.truth()

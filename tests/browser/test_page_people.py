@@ -41,6 +41,7 @@ def test_someone_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> N
     expect(page.get_by_label("Who shows themselves")).to_have_value("Ann")
     expect(page.get_by_role("heading", name="First the empty room")).to_be_visible()
     expect(here.button("Take the empty room")).to_be_enabled()
+    expect(here.button("Take the empty room")).to_be_in_viewport()
     here.button("Show me").click()
     expect(here.find(".people-waits")).not_to_be_empty()
     pictures = here.find(".people-strip li")

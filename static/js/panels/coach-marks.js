@@ -20,6 +20,7 @@ import { t } from "../ui/texts.js";
  */
 
 const SEEN = "seen";
+const ENDED = ["done", "cancelled"]; // what was pressed was understood
 const EDGE = 12; // [px] from the map's upper edge
 const LEAVES_MS = 6000; // of the last card
 const DESK_PX = 1024; // from which the map has room beside the card
@@ -33,7 +34,7 @@ const HINTS = [
     at: '[data-command="turn_left"]',
     title: t("coach-marks.turn_the_robot"),
     text: t("coach-marks.press_turn_left_you_see_what"),
-    ended: ({ name, state }) => name.startsWith("turn_") && ["done", "cancelled"].includes(state),
+    ended: ({ name, state }) => name.startsWith("turn_") && ENDED.includes(state),
   },
   {
     at: ".stick",
@@ -46,7 +47,7 @@ const HINTS = [
     opens: "map",
     title: touch ? t("coach-marks.tap_the_floor") : t("coach-marks.click_the_floor"),
     text: t("coach-marks.the_robot_plans_a_way_there"),
-    ended: ({ source, state }) => source === "click" && state === "done",
+    ended: ({ source, state }) => source === "click" && ENDED.includes(state),
   },
   {
     at: ".person-chip",

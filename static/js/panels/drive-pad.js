@@ -31,7 +31,8 @@ export class DrivePad extends Panel {
   #less = make("button.button", { "aria-label": t("drive-pad.slower") }, "−");
   #more = make("button.button", { "aria-label": t("drive-pad.faster") }, "+");
   #preset = make("span");
-  #top = make("span");
+  #top = make("span.top-hand");
+  #most = make("span.top-most"); // the same where it has half the room
   #moving = make("span.moving");
   #turning = make("span.note");
   #why = make("p.drive-why");
@@ -53,7 +54,7 @@ export class DrivePad extends Panel {
         make("p.drive-figures", this.#moving, this.#turning),
         this.#presets,
         make("div.stepper", this.#less, this.#more),
-        make("span.top-speed", this.#preset, this.#top),
+        make("span.top-speed", this.#preset, this.#top, this.#most),
         this.#why,
       ),
     );
@@ -108,7 +109,9 @@ export class DrivePad extends Panel {
     }
     const top = (PRESETS[drive.preset - 1] ?? 0) * hello.robot.max_speed_m_s;
     write(this.#preset, drive.slow ? t("drive-pad.slow") : t("drive-pad.speed_preset", { preset: drive.preset }));
-    write(this.#top, t("drive-pad.up_to", { speed: speed(drive.slow ? SLOW * top : top).replace(" ", "\u00a0") }));
+    const most = speed(drive.slow ? SLOW * top : top).replace(" ", "\u00a0");
+    write(this.#top, t("drive-pad.up_to", { speed: most }));
+    write(this.#most, t("drive-pad.at_most", { speed: most }));
     this.#less.disabled = drive.preset === 1;
     this.#more.disabled = drive.preset === PRESETS.length;
     write(this.#moving, up ? speed(state.velocity.v_m_s) : "–");

@@ -44,6 +44,7 @@ class LinkChip extends Panel {
     make("span.bar-word", t("link-chip.word")),
   );
   #rows = make("dl.pairs");
+  #stopped = ""; // how quickly this page's newest STOP was answered
   #panel = make(
     "div",
     { role: "group", "aria-label": t("link-chip.link_in_detail") },
@@ -54,6 +55,7 @@ class LinkChip extends Panel {
   /** @override */
   build() {
     this.append(this.#viewers, this.#button, this.#panel);
+    this.session.on("stop-answered", (ms) => (this.#stopped = t("link-chip.answered_after_ms", { ms })));
     popover(this.#button, this.#panel, { opened: () => this.#detail(this.session.view) }); // as wide as it stays
   }
 
@@ -109,6 +111,7 @@ class LinkChip extends Panel {
             ]),
           ]
         : []),
+      ...(this.#stopped ? [/** @type {[string, string]} */ ([t("link-chip.your_last_stop"), this.#stopped])] : []),
       [t("link-chip.gate"), state ? `${state.gate.state}${state.gate.reason ? ` (${state.gate.reason})` : ""}` : "–"],
       [t("link-chip.pages_open"), String(state?.viewers ?? "–")],
       ["Beckon", hello?.version ?? "–"],

@@ -174,6 +174,7 @@ class PeopleEnrollment extends PagePanel {
     if (!enrollments?.state) return;
     const { enrollment, state } = enrollments;
     const others = enrollment !== null && !enrollments.mine;
+    const begins = enrollments.mine && this.#enrollment.hidden;
     this.#intro.hidden = enrollments.mine;
     this.#enrollment.hidden = !enrollments.mine;
     this.#offer(state.camera);
@@ -196,6 +197,7 @@ class PeopleEnrollment extends PagePanel {
     if (!this.#away) this.#stage.open(this.#source, this.session);
     this.#stage.judge(enrollment.id, enrollment.newest);
     this.#drawEnrollment(enrollment, state.simulated);
+    if (begins) this.#enrollment.scrollIntoView(); // its buttons are below what is known of people
   }
 
   /** @param {boolean} camera true when the robot has one */

@@ -34,7 +34,7 @@ export class ModelOffer {
     await this.#attempt(async () => {
       const { active, installed, megabytes, gives, licence } = await this.#read();
       write(this.#says, inLanguage(active));
-      write(this.#button, t("model-offer.gives_megabytes_mb", { gives, megabytes }));
+      write(this.#button, t("model-offer.gives_megabytes_mb", { gives: inLanguage(gives), megabytes }));
       this.#button.title = licence;
       this.#button.hidden = installed;
     });
