@@ -10,7 +10,6 @@ from typing import Any
 import cv2
 import numpy as np
 
-from core.calibration.files.pictures import decode
 from core.errors import BadInput
 from core.message import Array, message
 from core.optics import CameraModel
@@ -20,7 +19,7 @@ from core.recording.read_report import ReadReport
 from core.recording.recording import LogSettings
 from core.recording.ros import HEARD, LASER_SCAN, Envelope, ros2_name, stamp_of
 from core.recording.ros import decode as decoded_message
-from core.recording.ros_pictures import CAMERA_INFO, COMPRESSED, IMAGE, camera_model, raw_pixels
+from core.recording.ros_pictures import CAMERA_INFO, COMPRESSED, IMAGE, RosCamera
 from core.recording.ros_sound import RosSounds
 from core.recording.scans import make_scan
 from core.recording.source import is_packed, unpacked_file
@@ -52,26 +51,26 @@ def is_recording(path: Path) -> bool:
 def sights(
     path: Path, settings: LogSettings, tally: ReadReport, every_s: float = 0.0, progress: WorkProgress = UNSEEN
 ) -> Iterator[RecordedImage | Scan]:
-    """Pictures of the first camera and scans of the first laser, or of `settings.scan_topic`, in recorded order.
+    """Pictures of one camera and scans of the first laser, or of `settings.scan_topic`, in recorded order.
 
     Of the pictures one is taken every `every_s` [s] at most. What cannot be read is counted in `tally`. Raises
     BadInput for files that are no recording.
     """
-    camera, laser, due, info = "", settings.scan_topic.strip("/"), -math.inf, None
+    camera, laser, due = RosCamera(), settings.scan_topic.strip("/"), -math.inf
     with _messages(path, settings, tally, progress) as envelopes:
         for envelope in envelopes:
             kind, topic = ros2_name(envelope.kind), envelope.topic.strip("/")
             with tally.reading(envelope.topic):
-                if kind in (IMAGE, COMPRESSED) and camera in ("", topic):
-                    camera = topic
+                if kind in (IMAGE, COMPRESSED) and camera.may_be(envelope.topic):
                     if not due - every_s <= envelope.logged < due:
+                        picture = _picture(envelope, kind, camera)
                         due = envelope.logged + every_s
-                        yield _picture(envelope, kind, info)
+                        yield picture
                 elif kind == LASER_SCAN and laser in ("", topic):
                     laser = topic
                     yield _scan(envelope, kind)
                 elif kind == CAMERA_INFO:
-                    info = info or decoded_message(envelope, kind)
+                    camera.note_info(envelope.topic, decoded_message(envelope, kind))
                     continue
                 else:
                     continue
@@ -140,10 +139,10 @@ def _scan(envelope: Envelope, kind: str) -> Scan:
     return make_scan(_stamp(decoded, envelope), decoded.ranges, angles, limits, decoded.time_increment)
 
 
-def _picture(envelope: Envelope, kind: str, info: Any) -> RecordedImage:
+def _picture(envelope: Envelope, kind: str, camera: RosCamera) -> RecordedImage:
     decoded = decoded_message(envelope, kind)
-    pixels = decode(bytes(decoded.data), cv2.IMREAD_COLOR)[0] if kind == COMPRESSED else raw_pixels(decoded)
-    model = None if info is None else camera_model(info, pixels.shape[1], pixels.shape[0])
+    pixels = camera.pixels(envelope.topic, decoded, kind)
+    model = camera.model(pixels.shape[1], pixels.shape[0])
     return RecordedImage(stamp=_stamp(decoded, envelope), pixels=pixels, model=model)
 
 

@@ -9,6 +9,10 @@ BASES = ("base_footprint", "base_link", "base", "base_frame", "robot")
 ODOMETRIES = ("odom", "odometry", "odom_combined", "wheel_odom")
 OTHER_ODOMETRY = re.compile(r"visual|vo(?![a-z])|rf2o|icp|gps|imu|global|ground_truth|rtabmap|laser")
 """Topics with a pose that is not that of the wheels."""
+NOT_SEEN = re.compile(
+    r"depth|disparity|infra|(?<![a-z])ir\d?(?![a-z])|mask|debug|thermal|costmap|confidence|rect|overlay"
+)
+"""Topics whose pictures, or maps, are not what a camera sees as it is; *rect* is only the second choice."""
 
 
 def robots_in(odometry: Iterable[str], others: Iterable[str], frames: Iterable[str] = ()) -> tuple[str, ...]:
@@ -32,6 +36,11 @@ def robots_in(odometry: Iterable[str], others: Iterable[str], frames: Iterable[s
         if alike >= (2.0 if one and other else 4.0):
             found |= {one, other}
     return tuple(sorted(found))
+
+
+def is_seen(topic: str) -> bool:
+    """Return whether the pictures of a topic are what a camera sees, perhaps rectified."""
+    return NOT_SEEN.search(topic.replace("rect", "")) is None
 
 
 def robot_of(topic: str, frame: str, robots: Iterable[str]) -> str | None:

@@ -233,7 +233,9 @@ class RosMessages:
         self._compare_with_declared()
         seen, camera = (), None
         if self._pictures is not None:
-            seen, camera = self._pictures.finish(scans[0].stamp, scans[-1].stamp, self._tally)
+            seen, camera = self._pictures.finish(
+                scans[0].stamp, scans[-1].stamp, self._tally, lambda frame: self._tree.transform(odometry.base, frame)
+            )
         heard = () if self._sounds is None else self._sounds.finish(self._tally)
         recording = scan_recording(path, scans, track, self._tally, form, self._settings, placed.pose, placed.height)
         return replace(recording, pictures=seen, camera=camera, sounds=heard)

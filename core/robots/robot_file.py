@@ -30,11 +30,11 @@ from core.robots import Capability, Profile
 from core.robots.device import Base, Equipment
 from core.robots.urdf import Body, load_body
 from core.sensors import Camera, Laser
+from core.sensors.camera import FLAT_TILT_COSINE, camera_mounting
 from core.sensors.laser import flat
 from core.sensors.microphones import MicrophoneArray, load_array
 from core.sentences import Statement, plain
 
-FLAT_TILT_COSINE = 0.7  # cosine of the tilt from which on a link no longer lies flat
 MAX_ROBOT_FILE_BYTES = 200_000  # bytes of a robot file
 FILES_OF_DRIVERS = ("array", "ca", "cert", "key")  # entries of [robot] that may name a file beside the robot file
 ChosenRole = Literal[
@@ -336,7 +336,7 @@ def _camera(camera: Camera, table: CameraTable | None, folder: Path, body: Body 
         return camera
     mounting = camera.mounting if table.x is None else mounting_of(table.x, table)
     if table.link:
-        mounting = optical_mounting(_link(body, table.link))
+        mounting = camera_mounting(_link(body, table.link), table.link)
     model = camera.model
     if table.calibration:
         from core.calibration.files.camera_files import read_camera  # late: few robots name a file of YAML
@@ -349,13 +349,6 @@ def mounting_of(x: float, table: CameraTable) -> Transform:
     """A camera's place and angles → robot_from_camera, whose z looks along the camera's axis."""
     turned = rotation_of_rpy(*map(math.radians, (table.roll_deg, table.pitch_deg, table.yaw_deg)))
     return Transform(rotation=turned @ OPTICAL, translation=np.array([x, table.y, table.z]))
-
-
-def optical_mounting(at: Transform) -> Transform:
-    """A camera's link → robot_from_camera: the optical frame itself (z looks ahead), or the camera's body."""
-    if at.rotation[2, 2] < FLAT_TILT_COSINE:
-        return at
-    return at @ Transform(rotation=OPTICAL, translation=np.zeros(3))
 
 
 def _array(

@@ -8,6 +8,7 @@ from core.optics import TABLE_3, CameraModel
 from core.sensors.checks import are_finite, is_array
 
 MAX_PIXELS = 100_000_000  # of a picture
+FLAT_TILT_COSINE = 0.7  # cosine of the tilt from which on a frame no longer lies flat
 
 
 @message
@@ -18,6 +19,15 @@ class Camera:
     model: CameraModel = TABLE_3
     mounting: Transform = Transform(rotation=OPTICAL, translation=np.array([0.04, 0.0, 0.16]))  # robot_from_camera
     rate: float | None = 10.0  # [Hz]; None: not known
+
+
+def camera_mounting(at: Transform, frame: str = "") -> Transform:
+    """robot_from_frame → robot_from_camera. The frame is the optical one (z looks ahead), by its name or as it is
+    turned, or that of the camera's body.
+    """
+    if "optical" in frame or at.rotation[2, 2] < FLAT_TILT_COSINE:
+        return at
+    return at @ Transform(rotation=OPTICAL, translation=np.zeros(3))
 
 
 @message

@@ -8,32 +8,29 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import cv2
 import numpy as np
 
-from core.calibration.files import pictures
 from core.errors import BadInput
 from core.gate import ZERO, Twist
 from core.geometry import Pose, Transform, arc
 from core.message import Array
-from core.optics import CameraModel
 from core.recording.odometry_track import heading_of
 from core.recording.read_report import BadRecord
 from core.recording.ros import stamp_of, turned_over
 from core.recording.ros_frames import FrameTree
-from core.recording.ros_pictures import FOCAL_WIDTHS, camera_model, raw_pixels
+from core.recording.ros_pictures import camera_model, describes, guessed_model, is_rectified, pixels_of
 from core.recording.ros_sound import SampleForm, is_packed_sound, sound_in
 from core.recording.scans import make_scan
 from core.robots.device import Base, ClockOffset, Equipment, Findings
 from core.robots.device_clock import DeviceClock
 from core.robots.readings import Readings
-from core.robots.robot_file import optical_mounting
 from core.robots.ros.findings import Traffic, roles_of
 from core.robots.ros.navigation import RosNavigation, SendGoalMessage
-from core.robots.ros.topics import COMPRESSED, RosSettings, RosTopics
+from core.robots.ros.topics import RosSettings, RosTopics
 from core.robots.ros.typestore import RobotTypes
 from core.robots.urdf import Body, parse_body
 from core.sensors import Camera, Fault, Image, Laser, Scan, Sound
+from core.sensors.camera import camera_mounting
 from core.sensors.checks import UnusableReading, are_finite, fault
 from core.sensors.laser import flat
 from core.sensors.microphones import load_array
@@ -365,9 +362,7 @@ class RosSensors:
             return None
 
     def _pixels(self, topic: str, content: Any) -> Array:
-        if self.topics.types[topic] == COMPRESSED:
-            return pictures.decode(bytes(content.data), cv2.IMREAD_COLOR)[0]
-        return raw_pixels(content)
+        return pixels_of(content, self.topics.types[topic])
 
     def _take_info(self, topic: str, content: Any, received: float) -> None:
         self._info = content
@@ -424,20 +419,23 @@ class RosSensors:
         if self._view is None:
             return None
         frame, width, height = self._view
-        model = camera_model(self._info, width, height) if self._info is not None else None
+        image, info = self.topics.image, self.topics.camera_info
+        rectified = is_rectified(image)
+        model = None if self._info is None else camera_model(self._info, width, height, rectified=rectified)
         if model is None:
-            self.notices.append(f"{self.topics.image} comes from a camera that is not calibrated; calibrate it.")
-            focal = FOCAL_WIDTHS * width
-            model = CameraModel(
-                width=width, height=height, fx=focal, fy=focal, cx=(width - 1) / 2, cy=(height - 1) / 2
+            self.notices.append(f"{image} comes from a camera that is not calibrated; calibrate it.")
+            model = guessed_model(width, height)
+        elif not describes(info, self._info, image, frame):
+            self.notices.append(
+                f"{info} may be of another camera than {image}: neither is it beside it, nor of its frame. Set "
+                "camera_info in *Connect*, or calibrate the camera."
             )
         found = self._placed_at(frame)
         if found is None:
             self.notices.append(f"The robot does not say where {frame or self.topics.image} is mounted.")
             return Camera(model=model, rate=None)
         self._placed.add(Camera.name)
-        mounting = found if "optical" in frame else optical_mounting(found)
-        return Camera(model=model, mounting=mounting, rate=None)
+        return Camera(model=model, mounting=camera_mounting(found, frame), rate=None)
 
 
 def laser_name(topic: str, topics: RosTopics) -> str:
@@ -505,6 +503,7 @@ class VelocityCommands:
         self._send, self._send_lock, self._clock = send, send_lock, clock
         self._guard = threading.Lock()
         self._owed = 0  # zeros
+        self._open = False  # the lock, for what is sent
         self._let = False  # its own navigation may drive
         self._sent = self._locked = -math.inf  # [s] when the last of each was sent
 
@@ -512,8 +511,9 @@ class VelocityCommands:
         """Speeds that are asked for now; called again and again."""
         with self._guard:
             if twist.moves and twist.is_finite():
-                if not self._owed:
-                    self._beat(closed=False, now=self._clock())
+                if not self._open:
+                    self._open = True
+                    self._beat()
                 self._owed = ZERO_MESSAGES
                 self._put(twist)
             elif self._owed == ZERO_MESSAGES:
@@ -527,7 +527,7 @@ class VelocityCommands:
             if 0 < self._owed < ZERO_MESSAGES and now - self._sent >= ZERO_PERIOD:
                 self._put_zero()
             if now - self._locked >= LOCK_PERIOD:
-                self._beat(closed=not (self._owed or self._let), now=now)
+                self._beat()
 
     def let_drive(self, let: bool) -> None:
         """Open the lock for the robot's own navigation, or close it again; with the next `tick` at the latest."""
@@ -538,8 +538,8 @@ class VelocityCommands:
     def stand(self) -> None:
         """Owe zeros, also where another drove, and close the lock now. Raises OSError when the link is lost."""
         with self._guard:
-            self._let = False
-            self._beat(closed=True, now=self._clock())
+            self._let = self._open = False
+            self._beat()
             self._owed = ZERO_MESSAGES - 1
 
     def restart(self) -> None:
@@ -549,7 +549,7 @@ class VelocityCommands:
         """
         with self._guard:
             if self._sent > -math.inf:
-                self._owed = ZERO_MESSAGES - 1
+                self._open, self._owed = True, ZERO_MESSAGES - 1
 
     def finish(self) -> None:
         """Send all zeros that are owed, at once."""
@@ -561,13 +561,14 @@ class VelocityCommands:
         self._owed -= 1
         self._put(ZERO)
         if not self._owed:
-            self._beat(closed=not self._let, now=self._clock())
+            self._open = False
+            self._beat()
 
     def _put(self, twist: Twist) -> None:
         self._sent = self._clock()
         self._send(twist)
 
-    def _beat(self, *, closed: bool, now: float) -> None:
-        self._locked = now
+    def _beat(self) -> None:
+        self._locked = self._clock()
         if self._send_lock is not None:
-            self._send_lock(closed)
+            self._send_lock(not (self._open or self._let))

@@ -9,7 +9,7 @@ from typing import Any
 
 from core.errors import BadInput, Unavailable
 from core.message import message
-from core.recording.robot_names import OTHER_ODOMETRY, robot_of, robots_in
+from core.recording.robot_names import NOT_SEEN, OTHER_ODOMETRY, is_seen, robot_of, robots_in
 from core.recording.ros import LASER_SCAN, ODOMETRY, TF, ros2_name
 from core.recording.ros_pictures import CAMERA_INFO, COMPRESSED, IMAGE
 from core.recording.ros_sound import AUDIO_DATA, AUDIO_STAMPED, RAW_AUDIO
@@ -43,9 +43,6 @@ NAME = re.compile(r"/?[A-Za-z_][\w/.-]{0,200}")
 GOALS = ("goal_pose", "move_base_simple/goal")  # of Nav2, of the navigation of ROS 1
 OTHER_POSE = re.compile(r"initial|odom|ekf|imu|gps|visual|slam_toolbox/")
 SECOND_RATE = re.compile(r"filter|throttle|merged|matched|multi|virtual|raw_?scan|cloud|debug|test")
-NOT_SEEN = re.compile(
-    r"depth|disparity|infra|(?<![a-z])ir\d?(?![a-z])|mask|debug|thermal|costmap|confidence|rect|overlay"
-)
 
 
 @message
@@ -250,7 +247,7 @@ class _Chooser:
         strict = role in ("map", "pose")
         fitting = [topic for topic in self._of(role) if not (strict and avoided.search(topic))]
         ranked = sorted(fitting, key=self._rank(role, avoided))
-        if not ranked or (role == "image" and NOT_SEEN.search(ranked[0].replace("rect", ""))):
+        if not ranked or (role == "image" and not is_seen(ranked[0])):
             return ""
         if len(ranked) > 1:
             self._notices.append(f"Of {', '.join(ranked[:6])} the robot's {role} is taken from {ranked[0]}.")

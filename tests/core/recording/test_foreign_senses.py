@@ -15,6 +15,8 @@ from rosbags.typesys import get_types_from_msg
 from core.errors import BadInput
 from core.pilot.replayed_drive import open_robot
 from core.recording import LogSettings, open_log
+from core.recording.read_report import ReadReport
+from core.recording.recorded_senses import RecordedImage, sights
 from core.recording.ros_pictures import raw_pixels
 from core.recording.ros_sound import SampleForm
 from core.robots.requests import Play, Seek
@@ -166,6 +168,66 @@ def test_pictures_of_every_encoding_come_out_of_every_form_of_bag(form, packed, 
     assert len(log.pictures) == len(names) and log.report.skipped == 0
     for name, seen in zip(names, log.pictures, strict=True):
         assert np.abs(centres(seen.pixels) - expected(name)).max() <= 6, name  # they are kept as JPEG
+
+
+# cameras: whose pictures, model and place
+
+
+def camera_info(kind, stamp, frame, focal):
+    """The CameraInfo of a camera without distortion, whose pictures are those above."""
+    name = "sensor_msgs/msg/CameraInfo"
+    height, width = RGB.shape[:2]
+    k = np.array([focal, 0, width / 2, 0, focal, height / 2, 0, 0, 1.0])
+    names = "DKRP" if kind.ros1 else "dkrp"
+    numbers = dict(zip(names, (np.zeros(5), k, np.eye(3).ravel(), np.zeros(12)), strict=True))
+    region = kind.types["sensor_msgs/msg/RegionOfInterest"](
+        x_offset=0, y_offset=0, height=0, width=0, do_rectify=False
+    )
+    fields = {"height": height, "width": width, "distortion_model": "plumb_bob", "binning_x": 0, "binning_y": 0}
+    return kind.types[name](header=kind.header(stamp, frame), roi=region, **fields, **numbers)
+
+
+def cameras_messages(kind, described=True):
+    """Scans, depth pictures, and those of a left camera, whose right neighbour's CameraInfo comes first."""
+    told = robot_messages(kind, scans=20)
+    make, image, info = kind.types, "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
+    far = {"height": 4, "width": 4, "encoding": "16UC1", "is_bigendian": 0, "step": 8, "data": np.zeros(32, np.uint8)}
+    for number in range(10):
+        stamp = START + 0.1 + 0.1 * number
+        told.append(("/depth/image", image, stamp, make[image](header=kind.header(stamp, "depth"), **far)))
+        told.append(("/right/camera_info", info, stamp, camera_info(kind, stamp, "right_optical", 300.0)))
+        left = kind.header(stamp + 0.01, "left_optical")
+        told.append(("/left/image_raw", image, stamp + 0.01, make[image](header=left, **raw("bgr8"))))
+        if described:
+            told.append(("/left/camera_info", info, stamp + 0.02, camera_info(kind, stamp, "left_optical", 200.0)))
+    if described:
+        placed = kind.tf(START, "base_link", "left_optical", (0.3, 0.1, 0.0), height=0.5)
+        told.append(("/tf_static", "tf2_msgs/msg/TFMessage", START, placed))
+    return sorted(told, key=lambda row: row[2])
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_of_several_cameras_one_that_sees_is_used_with_its_own_model_and_place(form, tmp_path):
+    path = FORMS[form](tmp_path, cameras_messages)
+    log = open_log(path, whole=True)
+    assert "/left/image_raw: camera" in log.report.topics and log.camera.model.fx == 200.0
+    assert log.camera.mounting.translation == pytest.approx([0.3, 0.1, 0.5])
+    assert not [one for one in log.report.faults if one.code.startswith("camera")]
+    tally = ReadReport(path)
+    seen = [one for one in sights(path, LogSettings(), tally) if isinstance(one, RecordedImage)]
+    assert len(seen) == 10 and seen[-1].model is not None and seen[-1].model.fx == 200.0
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_camera_that_the_log_does_not_describe_is_guessed_and_that_is_said(form, tmp_path):
+    path = FORMS[form](tmp_path, lambda kind: cameras_messages(kind, described=False))
+    log = open_log(path, whole=True)
+    assert log.camera.model.fx == pytest.approx(0.9 * RGB.shape[1])
+    found = {one.code: one for one in log.report.faults if one.code.startswith("camera")}
+    assert set(found) == {"camera.guessed", "camera.unplaced"}
+    assert all(one.used and "/left/image_raw" in one.sentence for one in found.values())
+    seen = [one for one in sights(path, LogSettings(), ReadReport(path)) if isinstance(one, RecordedImage)]
+    assert len(seen) == 10 and all(one.model is None for one in seen)
 
 
 # sound: a tone per channel

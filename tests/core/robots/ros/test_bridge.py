@@ -11,7 +11,7 @@ import pytest
 
 from core.gate import ZERO, Twist
 from core.geometry import OPTICAL, Pose, Transform
-from core.recording.ros_pictures import camera_model, raw_pixels
+from core.recording.ros_pictures import camera_model, describes, is_rectified, raw_pixels
 from core.recording.ros_sound import RAW_AUDIO
 from core.robots.readings import Readings
 from core.robots.ros.bridge import RosClocks, RosSensors, UnmovedBase, VelocityCommands
@@ -262,6 +262,45 @@ def test_a_picture_of_half_the_calibrated_size_has_half_the_focal_length() -> No
     assert camera_model(replace(info, k=np.zeros(9)), 320, 256) is None
 
 
+def test_a_model_is_of_the_part_of_the_sensor_that_the_pictures_show_and_of_no_other_shape() -> None:
+    make = RosMessageMaker(START)
+    info = make.store.deserialize_cdr(make.camera_info(0.0), "sensor_msgs/msg/CameraInfo")
+    assert camera_model(info, 320, 180) is None
+    region = replace(info.roi, x_offset=40, y_offset=20, width=160, height=128)
+    part = camera_model(replace(info, roi=region), 80, 64)  # binned
+    assert part is not None and part.fx == pytest.approx(301.49221 / 2)
+    assert part.cx == pytest.approx((155.45581 - 40 + 0.5) / 2 - 0.5)
+
+
+@pytest.mark.parametrize(
+    ("topic", "frame", "is_described"),
+    [
+        ("/left/image_raw", "other", True),
+        ("/left/image_raw/compressed", "other", True),
+        ("/right/image_raw", "camera_optical_frame", True),
+        ("/right/image_raw", "", True),
+        ("/right/image_raw", "right_optical", False),
+        ("/left/more/image_raw", "right_optical", False),
+    ],
+)
+def test_a_camera_info_describes_the_camera_beside_it_or_that_of_its_frame(
+    topic: str, frame: str, is_described: bool
+) -> None:
+    make = RosMessageMaker(START)
+    info = make.store.deserialize_cdr(make.camera_info(0.0), "sensor_msgs/msg/CameraInfo")
+    assert describes("/left/camera_info", info, topic, frame) == is_described
+
+
+def test_rectified_pictures_have_their_projection_and_no_distortion() -> None:
+    make = RosMessageMaker(START)
+    info = make.store.deserialize_cdr(make.camera_info(0.0), "sensor_msgs/msg/CameraInfo")
+    straight = np.array([280.0, 0, 150, 0, 0, 281, 120, 0, 0, 0, 1, 0])
+    model = camera_model(replace(info, p=straight, distortion_model="equidistant"), 320, 256, rectified=True)
+    assert model is not None and not model.distortion.any()
+    assert (model.fx, model.fy, model.cx, model.cy) == (280.0, 281.0, 150.0, 120.0)
+    assert is_rectified("/camera/image_rect_color") and not is_rectified("/direct/image_raw")
+
+
 def test_topics_whose_stamps_agree_share_a_clock_and_a_strange_one_has_its_own() -> None:
     clocks = RosClocks(simulated=False)
     for number in range(50):
@@ -434,6 +473,22 @@ def test_the_lock_is_a_heartbeat_that_is_open_only_on_the_move() -> None:
     closing = next(time for time, closed in sent.locks if closed)
     assert closing == sent.speeds[-1][0]  # after the last zero, which the lock would hide
     assert max(b[0] - a[0] for a, b in zip(sent.locks, sent.locks[1:], strict=False)) <= 0.13
+
+
+def test_a_lock_that_was_closed_at_once_is_not_opened_by_zeros_that_are_late_and_by_the_next_motion_it_is() -> None:
+    sent = Sent()
+    sent.commands.let_drive(True)
+    sent.commands.tick()
+    assert sent.locks[-1] == (0.0, False)
+    sent.commands.stand()
+    sent.locks.clear()
+    for _ in range(20):
+        sent.now += 0.15  # on a computer that is busy
+        sent.commands.tick()
+    assert sent.locks and all(closed for _, closed in sent.locks)
+    sent.commands.stand()
+    sent.commands.drive(Twist(0.1, 0.0))
+    assert sent.locks[-1] == (sent.now, False)
 
 
 def test_unread_images_are_all_bytes_a_decoder_may_see() -> None:
