@@ -6,10 +6,7 @@ whole is written again.
 
 from __future__ import annotations
 
-import fcntl
-import os
-from collections.abc import Generator, Iterable
-from contextlib import contextmanager
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -17,7 +14,7 @@ from typing import Literal
 import msgspec
 
 from core.errors import BadInput, Unavailable, Unwritable
-from core.files import is_intact, reason, saving, sealed, write_atomic
+from core.files import is_intact, locked, reason, saving, sealed, write_atomic
 
 FILE = "access.json"
 LOCK = "access.lock"
@@ -144,7 +141,7 @@ class AccessFile:
 
     def change(self, changes: Iterable[Change]) -> Records:
         """Make changes → all of it then. Raises BadInput, Unavailable, Unwritable."""
-        with saving(NOT_KEPT), self._locked():
+        with saving(NOT_KEPT), locked(self._lock):
             records = self.read()
             before = records.copy()
             for change in changes:
@@ -174,9 +171,3 @@ class AccessFile:
         except OSError:
             return None
         return found.st_ino, found.st_mtime_ns, found.st_size
-
-    @contextmanager
-    def _locked(self) -> Generator[None]:
-        with os.fdopen(os.open(self._lock, os.O_RDWR | os.O_CREAT, 0o600)) as file:
-            fcntl.flock(file, fcntl.LOCK_EX)
-            yield

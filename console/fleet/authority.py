@@ -3,11 +3,13 @@
 `openssl` makes them; what was made is listed in `certificates.json`, from which the router knows whom to let in.
 """
 
+import contextlib
 import re
 import shutil
 import subprocess
 import tempfile
 import time
+from collections.abc import Generator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -15,7 +17,7 @@ from typing import Literal
 import msgspec
 
 from core.errors import BadInput, Unavailable
-from core.files import saving, write_atomic
+from core.files import locked, saving, write_atomic
 from core.sentences import Statement
 
 CERTIFICATE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
@@ -25,7 +27,7 @@ MIN_DAYS_LEFT = 30  # of the router's certificate, below which a new one is made
 MAX_ROBOTS = 100
 OPENSSL_TIMEOUT_S = 20.0
 DAY_S = 24 * 3600.0
-ISSUED_FILE = "certificates.json"
+ISSUED_FILE, LOCK_FILE = "certificates.json", "certificates.lock"
 
 CertificateKind = Literal["robot", "viewer"]
 
@@ -80,7 +82,8 @@ class Authority:
 
     def prepare(self, hosts: tuple[str, ...]) -> None:
         """Have an authority, and a certificate of the router for these names and addresses. Raises Unavailable."""
-        self._prepare_authority()
+        with self._alone():
+            self._prepare_authority()
         noted = self.router.folder / "hosts"
         wanted = " ".join(sorted({"localhost", "127.0.0.1", *hosts}))
         made_for = noted.read_text() if noted.is_file() else ""
@@ -94,22 +97,26 @@ class Authority:
         """Make a certificate into the folder `out`. Raises BadInput, Unavailable, Unwritable."""
         if CERTIFICATE_NAME.fullmatch(name) is None or name == ROUTER_NAME:
             raise BadInput(Statement("fleet.name_refused", name=name[:60]))
-        others = [one for one in self.certificates() if one.name != name]
-        if sum(one.kind == "robot" for one in others) >= MAX_ROBOTS and kind == "robot":
-            raise BadInput(Statement("fleet.full", most=MAX_ROBOTS))
-        self._prepare_authority()
-        now = time.time()
-        made = FleetCertificate(name, kind, now, now + days * DAY_S, round(1000 * now))
-        self._sign(made.common_name, f"DNS:{name}", CertificateFiles(out), days)
-        self._list([*others, made])
+        with self._alone():
+            others = [one for one in self.certificates() if one.name != name]
+            if sum(one.kind == "robot" for one in others) >= MAX_ROBOTS and kind == "robot":
+                raise BadInput(Statement("fleet.full", most=MAX_ROBOTS))
+            self._prepare_authority()
+            if any(out.resolve() == own.folder.resolve() for own in (self._own, self.router)):
+                raise BadInput(Statement("fleet.own_folder", path=out))
+            now = time.time()
+            made = FleetCertificate(name, kind, now, now + days * DAY_S, round(1000 * now))
+            self._sign(made.common_name, f"DNS:{name}", CertificateFiles(out), days)
+            self._list([*others, made])
         return made
 
     def withdraw(self, name: str) -> None:
         """Let the certificate of this name in no more. Raises BadInput where there is none."""
-        listed = self.certificates()
-        if all(one.name != name for one in listed):
-            raise BadInput(Statement("fleet.unknown_name", name=name[:60]))
-        self._list([one for one in listed if one.name != name])
+        with self._alone():
+            listed = self.certificates()
+            if all(one.name != name for one in listed):
+                raise BadInput(Statement("fleet.unknown_name", name=name[:60]))
+            self._list([one for one in listed if one.name != name])
 
     def certificates(self) -> list[FleetCertificate]:
         """All that are let in, in the order in which they were made. Raises BadInput for a damaged list."""
@@ -133,6 +140,15 @@ class Authority:
         """Return whether the router's certificate is of this authority, not of one that was here before."""
         there = self.router.authority
         return there.is_file() and there.read_bytes() == self._own.certificate.read_bytes()
+
+    @contextlib.contextmanager
+    def _alone(self) -> Generator[None]:
+        """Read the list and write it again while nobody else does. Raises Unwritable."""
+        with contextlib.ExitStack() as held:
+            with saving("The certificate could not be listed"):
+                self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+                held.enter_context(locked(self.folder / LOCK_FILE))
+            yield
 
     def _list(self, listed: list[FleetCertificate]) -> None:
         with saving("The certificate could not be listed"):

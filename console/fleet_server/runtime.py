@@ -20,7 +20,7 @@ from console.fleet.bus import FleetAddress, FleetKeyAnswer, FleetRole
 from console.fleet.router import FleetRouter
 from console.workers.tasks import HeldTasks
 from core.errors import BadInput, BeckonError
-from core.files import write_atomic
+from core.files import locked, write_atomic
 from core.sentences import Statement
 
 log = logging.getLogger(__name__)
@@ -65,9 +65,10 @@ class FleetRoles:
 
     def set(self, person: str, robot: str, role: RobotRole) -> None:
         """Let this person be so at this robot from now on. Raises BadInput, OSError."""
-        table = self.read()
-        table.setdefault(person, {})[robot] = role
-        write_atomic(self._path, msgspec.json.format(msgspec.json.encode(table)) + b"\n")
+        with locked(self._path.with_suffix(".lock")):
+            table = self.read()
+            table.setdefault(person, {})[robot] = role
+            write_atomic(self._path, msgspec.json.format(msgspec.json.encode(table)) + b"\n")
 
 
 class FleetRuntime:

@@ -10,6 +10,7 @@ import ssl
 import subprocess
 import threading
 from collections.abc import Awaitable, Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from pathlib import Path
 from types import SimpleNamespace
@@ -576,6 +577,23 @@ def test_an_authority_that_was_made_anew_makes_its_routers_certificate_anew(tmp_
     assert authority.router.authority.read_bytes() == robot.authority.read_bytes()
     check = ["openssl", "verify", "-CAfile", robot.authority, authority.router.certificate]
     assert subprocess.run(check, capture_output=True).returncode == 0
+
+
+def test_no_certificate_takes_the_place_of_the_fleets_own_files(tmp_path: Path) -> None:
+    authority = Authority(tmp_path)
+    authority.prepare(("127.0.0.1",))
+    own = {path: path.read_bytes() for path in tmp_path.rglob("*.pem")}
+    for name, folder in (("authority", tmp_path / "authority"), ("r1", tmp_path / "r1" / ".." / "router")):
+        with pytest.raises(BadInput, match="holds the fleet's own files"):
+            authority.issue(name, folder, kind="robot")
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*.pem")} == own and not authority.certificates()
+
+
+def test_of_certificates_that_are_made_at_once_all_are_let_in(tmp_path: Path) -> None:
+    names = [f"r{number}" for number in range(4)]
+    with ThreadPoolExecutor(4) as shells:
+        done = [shells.submit(Authority(tmp_path).issue, name, tmp_path / name, kind="robot") for name in names]
+    assert {one.result().name for one in done} == {one.name for one in Authority(tmp_path).certificates()} == {*names}
 
 
 def test_a_key_is_its_owners_alone_before_anything_is_written_into_it(
