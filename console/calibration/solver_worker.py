@@ -17,7 +17,7 @@ from core.calibration.camera.undistortion import exact_map, straighten
 from core.calibration.exports import camera_exports, laser_exports
 from core.calibration.files.camera_files import parse_camera, read_json
 from core.calibration.files.mount_files import both_ways
-from core.calibration.files.mount_reading import holds_mount, parse_mount
+from core.calibration.files.mount_reading import holds_mount, mount_doubts, parse_mount
 from core.calibration.printed import equation_44
 from core.calibration.reports import (
     CorrectionReport,
@@ -95,7 +95,7 @@ class SolverWorker:
             {
                 "rotation": mount.rotation.tolist(),
                 "translation_m": mount.translation.tolist(),
-                "warnings": [FROM_FILE],
+                "warnings": [FROM_FILE, *mount_doubts(mount)],
             },
         )
 

@@ -17,6 +17,15 @@ from core.geometry import Transform
 PUBLISHER = "static_transform_publisher"
 LASERS, CAMERAS = ("laser", "lidar", "scan"), ("cam", "optical")  # parts of the frames' names
 PAIRS = ((FORWARD, BACK), ("laser_from_camera", "camera_from_laser"))
+MIN_DOUBTED_COSINE = 0.7
+LOOKS_UP = (
+    "By this mount the camera looks up or down: it may be that of the camera's body, not of its optical frame "
+    "(z ahead, x to the right)."
+)
+ON_ITS_SIDE = (
+    "By this mount the camera is turned on its side: it may be the one from camera to laser, written as the other "
+    "way round, or a transposed matrix."
+)
 AGREEMENT_TOLERANCE = 1e-6  # [rad, m] within which both directions of one file have to agree
 
 
@@ -35,6 +44,13 @@ def parse_mount(text: str) -> Transform:
     if begin == "{":
         return mount_from_json(read_json(text))
     return mount_from_urdf(text) if begin == "<" else mount_from_command(text)
+
+
+def mount_doubts(laser_from_camera: Transform) -> list[str]:
+    """List what speaks against a mount: a camera beside a laser looks about level, and is seldom on its side."""
+    if abs(laser_from_camera.rotation[2, 2]) > MIN_DOUBTED_COSINE:
+        return [LOOKS_UP]
+    return [ON_ITS_SIDE] if abs(laser_from_camera.rotation[2, 1]) < MIN_DOUBTED_COSINE else []
 
 
 def mount_from_json(document: dict[str, Any]) -> Transform:
@@ -154,7 +170,10 @@ def _link(joint: ElementTree.Element, which: str) -> str:
 
 
 def _turned(roll: float, pitch: float, yaw: float) -> scipy.spatial.transform.Rotation:
-    """About fixed axes: first roll about x, then pitch about y, then yaw about z."""
+    """About fixed axes: first roll about x, then pitch about y, then yaw about z [rad]. Raises BadInput."""
+    largest = max((roll, pitch, yaw), key=abs)
+    if abs(largest) > np.pi * 2:
+        raise BadInput(f"An angle of {largest:g} is more than a full turn in radians: it is degrees. Write radians.")
     return scipy.spatial.transform.Rotation.from_euler("xyz", [roll, pitch, yaw])
 
 
@@ -165,7 +184,8 @@ def _quaternion(numbers: Sequence[float]) -> scipy.spatial.transform.Rotation:
 
 
 def _placed(shift: Sequence[float], turn: scipy.spatial.transform.Rotation) -> Transform:
-    return Transform(rotation=turn.as_matrix(), translation=np.array(shift))
+    """The transform. Raises BadInput where it is no mount's."""
+    return rigid(matrix(Transform(rotation=turn.as_matrix(), translation=np.array(shift))))
 
 
 def _assembled(rotation: Any, translation: Any) -> Transform:

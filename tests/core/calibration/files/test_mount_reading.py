@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from core.calibration.files.mount_files import BACK, FORWARD, matrix, mount_entry, static_transform, urdf_joint
-from core.calibration.files.mount_reading import parse_mount
+from core.calibration.files.mount_reading import LOOKS_UP, ON_ITS_SIDE, mount_doubts, parse_mount
 from core.calibration.mount import FEW_POSES, Extrinsics, inverse_covariance
 from core.calibration.projection import exponential
 from core.errors import BadInput
-from core.geometry import Transform
+from core.geometry import OPTICAL, Transform
 
 MOUNT = Transform(rotation=exponential(np.array([[0.4, -0.3, 1.1]]))[0], translation=np.array([0.1, -0.2, 1e-5]))
 BOTH = {"laser_from_camera": matrix(MOUNT).tolist(), "camera_from_laser": matrix(MOUNT.inverse()).tolist()}
@@ -82,6 +82,8 @@ def test_yaw_comes_before_pitch_and_roll_in_the_positional_form() -> None:
     ("text", "words"),
     [
         ("hello", "no mount"),
+        (f"{RUN} --roll -90 --yaw -90 --frame-id laser --child-frame-id camera", "degrees"),
+        (f"{RUN} --x 50 --z -80 --frame-id laser --child-frame-id camera", "in metres"),
         ("{}", "no mount"),
         (f"{RUN} 1 2 3 laser camera", "x y z yaw"),
         (f"{RUN} 1 2 nan 0 0 0 laser camera", "finite"),
@@ -102,6 +104,14 @@ def test_yaw_comes_before_pitch_and_roll_in_the_positional_form() -> None:
 def test_what_is_no_mount_is_refused_in_words(text: str, words: str) -> None:
     with pytest.raises(BadInput, match=words):
         parse_mount(text)
+
+
+def test_a_mount_that_looks_up_or_lies_on_its_side_is_doubted() -> None:
+    level = Transform(rotation=OPTICAL, translation=np.array([0.05, 0.0, -0.08]))
+    raised = level @ Transform(rotation=exponential(np.array([[0.5, 0.0, 0.0]]))[0], translation=np.zeros(3))
+    assert mount_doubts(level) == mount_doubts(raised) == []
+    assert mount_doubts(level.inverse()) == [ON_ITS_SIDE]
+    assert mount_doubts(Transform(rotation=np.eye(3), translation=level.translation)) == [LOOKS_UP]
 
 
 def test_with_few_poses_the_doubled_uncertainty_is_also_the_one_that_is_kept() -> None:
