@@ -416,7 +416,7 @@ class Gate:
     def _stand(self, event: Event, reason: str, now: float) -> None:
         """Set zero; no earlier press moves the robot again; a new nonce separates later setpoints from earlier."""
         self._presses.end_all()
-        self._accepted = self._held = None
+        self._accepted, self._held, self._refused = None, None, ""
         self._set_twist(Permitted(ZERO), now)
         self._need_neutral = True
         self._reason = self._remark or "halted" if self._state == "halted" else reason

@@ -31,6 +31,16 @@ def test_it_begins_disarmed_and_nothing_moves_it(bench: Bench) -> None:
     assert fresh.gate.status().refused == "The robot is not armed."
 
 
+def test_what_was_refused_while_halted_is_not_said_of_what_comes_after_the_reset(bench: Bench) -> None:
+    bench.hold("goal", 0.3, seconds=0.3)
+    bench.gate.halt(bench.now)
+    bench.goal(0.3)
+    assert bench.gate.status().refused == "The robot is halted."
+    bench.gate.reset(bench.now)
+    bench.gate.arm(2, "anna", bench.now)
+    assert bench.gate.status().refused == ""
+
+
 def test_a_hand_drives_and_the_speed_ramps(bench: Bench) -> None:
     bench.hold("jog", 0.3, seconds=0.1)
     assert bench.speed == pytest.approx(0.1)
