@@ -80,12 +80,14 @@ export class OperatorInput {
     this.drive.stick(velocity, performance.now());
   }
 
-  /** @param {boolean} [stick] false where another element has the focus now: a press of the stick brings it there */
-  letGo(stick = true) {
+  /** @param {boolean} [whole] false where another element has the focus now, as a press of the stick brings it there */
+  letGo(whole = true) {
     this.#held.clear();
-    if (stick) this.toRest();
     this.toTalk(false);
-    this.drive.slow = false;
+    if (whole) {
+      this.toRest();
+      this.drive.slow = false;
+    }
     this.gamepad.trip(t("operator-input.driving_was_interrupted_let_go_then"));
     this.drive.abandon();
   }
