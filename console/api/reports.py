@@ -89,6 +89,11 @@ def clock(seconds: float) -> str:
     return time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(seconds))
 
 
+def metres(value: float) -> str:
+    """A coordinate [m] in words, with the minus sign of the page."""
+    return f"{value:.2f} m".replace("-", "−")
+
+
 def map_document(maps: MapService) -> str:
     """Raises BadInput where nothing is known yet."""
     snapshot, plan = maps.snapshot, maps.plan
@@ -99,13 +104,13 @@ def map_document(maps: MapService) -> str:
     ]
     parts = [table_html(("", ""), facts), picture_html(plan_svg(plan), SVG_TYPE, "The plan")]
     if plan.places:
-        rows = [(place.name, f"{place.x_m:.2f} m", f"{place.y_m:.2f} m") for place in plan.places]
+        rows = [(place.name, metres(place.x_m), metres(place.y_m)) for place in plan.places]
         parts += ["<h2>Places</h2>", table_html(("place", "x", "y"), rows)]
     if plan.zones:
         rows = [(one.name, f"at most {one.max_speed:g} m/s" if one.max_speed else "keep out") for one in plan.zones]
         parts += ["<h2>Zones</h2>", table_html(("zone", "rule"), rows)]
     rows = [
-        (str(one.id), f"{one.position[0]:.2f} m", f"{one.position[1]:.2f} m", f"{deviation(one.covariance):.3f} m")
+        (str(one.id), metres(one.position[0]), metres(one.position[1]), f"{deviation(one.covariance):.3f} m")
         for one in snapshot.landmarks[:MAX_LISTED]
     ]
     parts += ["<h2>Landmarks</h2>", table_html(("number", "x", "y", "standard deviation"), rows)]

@@ -277,7 +277,7 @@ def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: O
     card.get_by_label("Minutes from round to round").fill("5")
     shown(here, "route-built")
     card.get_by_role("button", name="Save").click()
-    expect(card.locator("li.place")).to_contain_text("desk → sofa")
+    expect(card.locator("li.place")).to_contain_text("desk → sofa, again and again")
     (route,) = console.ask("api/routes")["routes"]
     assert (route["loop"], route["begins"], route["ends"], route["every_min"]) == (True, "00:00", "00:00", 5.0)
     assert [(one["action"], one["wait_s"], one["text"]) for one in route["stops"]] == [

@@ -56,6 +56,9 @@ def test_a_map_is_saved_replaced_taken_along_and_deleted(visit: Open, console: R
     row = here.find("map-card li.map").filter(has_text="my lab")
     expect(row).to_contain_text("in use")
     expect(row).to_contain_text("landmarks")
+    row.get_by_role("button", name="Load my lab").click()
+    expect(row).to_contain_text("The present map is saved")  # the robot has not moved since
+    row.get_by_role("button", name="Cancel").click()
     expect(here.find(".map-now")).to_contain_text("my lab")
     here.until(lambda: row.locator("img").evaluate("image => image.naturalWidth > 20"), "its picture is shown")
     here.button("Replace").click()

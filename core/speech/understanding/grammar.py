@@ -344,8 +344,11 @@ def _matched(text: str, own: OwnPhrases) -> MatchedWords | Refusal:
 def _other_place(text: str, own: OwnPhrases) -> Refusal | None:
     """The answer to words that go to a place which nobody has named; None where they go nowhere, or to numbers."""
     known = [phrase.pattern for phrase in own if phrase.place is not None and not phrase.place.route]
-    if not known or not TO_SOMEWHERE.match(text) or MENTIONS_NUMBER.search(text):
+    if not TO_SOMEWHERE.match(text) or MENTIONS_NUMBER.search(text):
         return None
+    if not known:
+        fits = STOP_AT.example
+        return Refusal(Statement("places.none", example=fits), (fits,)) if text.startswith("go to ") else None
     close = nearest(text, known)
     if close:
         return Refusal(Statement("places.other"), close)

@@ -93,6 +93,13 @@ class MapCard extends Panel {
     this.session.on("hello", () => (this.#revision = -1));
   }
 
+  /** What it costs to load another map. */
+  #loses() {
+    return this.session.state?.map.unsaved
+      ? t("map-card.unsaved_changes_of_the_present_map")
+      : t("map-card.the_present_map_is_saved");
+  }
+
   /** @override @param {View} view */
   show({ state, hello, up }) {
     if (!state || !hello) return;
@@ -197,7 +204,7 @@ class MapCard extends Panel {
     const { name } = map;
     if (!this.#form.hidden)
       act("", t("map-card.load_name", { name }), t("map-card.load"), () =>
-        ask(t("map-card.unsaved_changes_of_the_present_map"), t("map-card.load_it"), () => maps.load(name)),
+        ask(this.#loses(), t("map-card.load_it"), () => maps.load(name)),
       );
     acts.append(
       make(

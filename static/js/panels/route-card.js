@@ -215,7 +215,7 @@ class RouteCard extends Panel {
     const body = make(
       "div.place-body",
       make("p.place-name", name),
-      make("p.note", loop ? `${way}\u00a0↻` : way),
+      make("p.note", loop ? t("route-card.way_again_and_again", { way }) : way),
       make("p.note", does.filter(Boolean).join(" · ")),
     );
     const change = () => {

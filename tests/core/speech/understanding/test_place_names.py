@@ -84,7 +84,9 @@ def test_an_unknown_place_is_refused_with_those_that_it_may_be() -> None:
 def test_without_places_the_words_mean_what_they_meant() -> None:
     command = understood("go to 1 and 2")
     assert isinstance(command, Command) and not command.place and command.numbers == {"x_m": 1.0, "y_m": 2.0}
-    assert isinstance(understand("go to kitchen"), Refusal)
+    nowhere = understand("go to kitchen")
+    assert isinstance(nowhere, Refusal) and "No place has a name yet" in nowhere.reason
+    assert isinstance(understand(nowhere.suggestions[0]), Command)
     assert isinstance(understood("stop at 9 and 9"), Command)  # beyond what may be spoken: it stops
 
 
