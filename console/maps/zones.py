@@ -26,7 +26,7 @@ from core.gate import Twist
 from core.message import Array
 from core.navigation.zones import KeepOuts, MapZone, ZoneKind, slow_cap
 from core.pilot.pilot import Pilot
-from core.pipelines.nav2_map import read_nav2_zip
+from core.pipelines.nav2_map import UNKNOWN_VALUE, Nav2Cells, read_nav2_zip
 from core.pipelines.nav2_masks import SpeedType, keep_out_polygons, mask_files, slow_polygons
 from core.sensors import SensorFrame
 from core.sentences import Statement
@@ -111,14 +111,14 @@ class ZoneService(Part):
         mask = read_nav2_zip(packed)
         if reading.kind == "keep_out":
             rings, between = keep_out_polygons(mask)
-            left_out = Statement("zones.mask_between", cells=between) if between else ""
+            left_out = Statement("zones.mask_between", cells=between) if between else _unknown(mask)
             return [(ring, None) for ring in rings], left_out
         largest = self._robot.profile.max_speed
         slow, without = slow_polygons(mask, reading.type, reading.base, reading.multiplier, largest)
         limits: list[tuple[Array, float | None]] = [
             (ring, round(min(speed, MAX_SLOW_SPEED_M_S), 4)) for ring, speed in slow
         ]
-        return limits, Statement("zones.mask_unlimited", cells=without) if without else ""
+        return limits, Statement("zones.mask_unlimited", cells=without) if without else _unknown(mask)
 
     async def remove(self, name: str, who: Person) -> None:
         """Remove a zone. Raises Problem 404, 503, Refused, Unwritable."""
@@ -181,6 +181,12 @@ class ZoneService(Part):
         rounded = tuple((round(float(a), 3), round(float(b), 3)) for a, b in points)
         anchor = anchor_at(points, self._maps.snapshot.floor.submaps)
         return ZoneMark(checked_name(mark.name), mark.kind, rounded, speed, anchor, who.name)
+
+
+def _unknown(mask: Nav2Cells) -> str:
+    """A sentence on the cells that have no value, where that is not the ground of the mask; "": there are none."""
+    count = int((mask.values == UNKNOWN_VALUE).sum())
+    return Statement("zones.mask_unknown", cells=count) if 0 < 2 * count < mask.values.size else ""
 
 
 def _with_zones(marks: MapMarks, drawn: list[ZoneMark]) -> MapMarks:

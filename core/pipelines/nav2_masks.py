@@ -23,6 +23,7 @@ from core.slam.map.occupancy import OccupancyGrid
 SpeedType = Literal[1, 2]
 
 SLACK_M = 0.0015  # by which a zone may reach into a cell that it does not touch: zones are kept in millimetres
+MAX_LIMIT_M_S = 10.0  # of a slow zone: more is a share in percent
 SPEED_STEP_M_S = 0.01  # of a cell's value in the speed mask
 MAX_RING_CORNERS = 200
 MAX_AROUND_M = 50.0  # by which a mask is larger than its map, to hold zones
@@ -75,7 +76,8 @@ def slow_polygons(
 ) -> tuple[list[tuple[Array, float]], int]:
     """Polygons with their limit [m/s], and how many cells have none; `largest` [m/s]: of the robot.
 
-    Nav2 takes a result of 0, or one out of bounds, for no limit: such cells are left out, and counted.
+    Nav2 takes a result of 0, or one out of bounds, for no limit: such cells are left out, and counted. Raises
+    BadInput for limits that are no speeds.
     """
     _check_straight(mask)
     found: list[tuple[Array, float]] = []
@@ -84,6 +86,8 @@ def slow_polygons(
         result = base + multiplier * value
         limit = result / 100.0 * largest if kind == 1 else result
         cells = mask.values == value
+        if kind == 2 and limit > MAX_LIMIT_M_S:
+            raise BadInput(Statement("nav2.fast_mask", limit=f"{limit:g}"))
         if limit <= 0.0 or (kind == 1 and result > 100.0):
             without += int(cells.sum())
             continue

@@ -212,23 +212,15 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
     def first(*values: float | None) -> float:
         return next(value for value in values if value is not None)
 
-    radius = first(file.radius, base.radius, known.radius)
-    for name, table in (*file.lasers.items(), *file.cameras.items(), *file.microphones.items()):
-        away = math.hypot(table.x or 0.0, table.y)
-        if away > radius + MAX_BEYOND_M:
-            raise BadInput(
-                f"The robot file puts {name} {away:g} m from the middle of a robot of {radius:g} m radius; write "
-                "x and y in metres, or the radius."
-            )
     own_body = next((one.body for one in equipment if one.body is not None), None)
     body = load_body(folder / file.urdf) if file.urdf else own_body
     if file.failsafe is not None:
         base = replace(base, failsafe=file.failsafe or None, failsafe_words="")  # 0: it never stops by itself
     max_speed = first(file.max_speed, base.max_speed, known.max_speed)
-    return Profile(
+    profile = Profile(
         name=file.name or equipment[0].name,
         url=url,
-        radius=radius,
+        radius=first(file.radius, base.radius, known.radius),
         wheelbase=first(file.wheelbase, base.wheelbase, known.wheelbase),
         cruise=min(first(file.cruise, base.cruise, known.cruise), max_speed),
         max_speed=max_speed,
@@ -244,6 +236,21 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
         lock=base.lock,
         capabilities=capabilities_of(equipment),
     )
+    _check_near(profile, {*file.lasers, *file.cameras, *file.microphones})
+    return profile
+
+
+def _check_near(profile: Profile, placed: set[str]) -> None:
+    """Raise BadInput where the file puts one of the sensors of these names far from the robot."""
+    places = {one.name: (one.mounting.x, one.mounting.y) for one in (*profile.lasers, *profile.arrays)}
+    places |= {one.name: one.mounting.translation[:2].tolist() for one in profile.cameras}
+    for name in sorted(placed & places.keys()):
+        away = math.hypot(*places[name])
+        if away > profile.radius + MAX_BEYOND_M:
+            raise BadInput(
+                f"The robot file puts {name} {away:g} m from the middle of a robot of {profile.radius:g} m radius; "
+                "write its place (or the URDF) in metres, or the radius."
+            )
 
 
 def absolute(file: RobotFile, folder: Path) -> RobotFile:

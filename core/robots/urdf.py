@@ -17,6 +17,7 @@ from core.message import Array, message
 
 MAX_URDF_BYTES = 5_000_000  # bytes of a URDF
 LARGEST_MESH = 20_000_000  # bytes
+MAX_ANGLE_RAD = 6.3  # of rpy: more is degrees
 MOST_LINKS = 2000
 MOST_SHAPES = 300
 MOST_TRIANGLES = 200_000  # of all meshes together
@@ -232,8 +233,10 @@ def _origin(origin: Element | None) -> Transform:
     """xyz [m] and rpy [rad] of an element `origin`."""
     if origin is None:
         return Transform.of_pose(Pose())
-    turned = rotation_of_rpy(*_numbers(origin, "rpy", 3, "0 0 0").tolist())
-    return Transform(rotation=turned, translation=_numbers(origin, "xyz", 3, "0 0 0"))
+    angles = _numbers(origin, "rpy", 3, "0 0 0").tolist()
+    if max(map(abs, angles)) > MAX_ANGLE_RAD:
+        raise BadInput(f"The URDF turns by {max(angles, key=abs):g} rad, more than once around: rpy is in radians.")
+    return Transform(rotation=rotation_of_rpy(*angles), translation=_numbers(origin, "xyz", 3, "0 0 0"))
 
 
 def _numbers(element: Element, name: str, count: int, otherwise: str = "") -> Array:

@@ -162,6 +162,12 @@ def test_zones_go_out_as_masks_of_nav2_and_come_back_with_the_same_cells(bare: L
         at = [np.argwhere(one.values > 0) * one.resolution + one.origin[1::-1] for one in cells]
         assert len(at[0]) and np.allclose(*at)
     assert send(bare, "/api/zones/masks?name=walls&kind=keep_out", keep).status == 409
+    dark = members(keep)["keepout_mask.pgm"]
+    grey = zip_of(members(keep) | {"keepout_mask.pgm": dark[:-9] + bytes([100] * 9)})
+    assert (
+        "9 cells of the mask are unknown"
+        in send(bare, "/api/zones/masks?name=dark&kind=keep_out", grey).json["left_out"]
+    )
     assert "zip" in send(bare, "/api/zones/masks?name=w&kind=keep_out", b"PK").json["detail"]
 
 

@@ -64,6 +64,15 @@ def test_a_speed_in_percent_is_of_the_robots_largest_and_zero_is_no_limit() -> N
     assert [round(speed, 6) for _, speed in drawn] == [0.2] and without == 9
 
 
+def test_percents_that_are_read_as_metres_per_second_are_refused() -> None:
+    values = np.zeros((4, 4), np.int8)
+    values[1:3, 1:3] = 30
+    mask = Nav2Cells(values, 0.05, (0.0, 0.0, 0.0), "raw")
+    with pytest.raises(BadInput, match="70 m/s"):
+        slow_polygons(mask, 2, 100.0, -1.0, 0.5)
+    assert [limit for _, limit in slow_polygons(mask, 2, 0.0, 0.01, 0.5)[0]] == [pytest.approx(0.3)]
+
+
 def test_every_cell_that_a_polygon_enters_is_covered() -> None:
     rng = np.random.default_rng(5)
     grid = lattice((40, 40))

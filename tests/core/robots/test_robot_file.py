@@ -138,10 +138,7 @@ def test_what_the_robot_does_not_have_cannot_be_described() -> None:
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        (
-            "[lasers.front]\nx = 8",
-            r"puts front 8 m from the middle of a robot of 0\.\d+ m radius; write x and y in metres",
-        ),
+        ("[lasers.front]\nx = 8", r"puts front 8 m from the middle of a robot of 0\.\d+ m radius; write its place"),
         ("[lasers.front]\nx = 0\ny = -9", "puts front 9 m"),
         ("[lasers.front]\nrange_min = 5\nrange_max = 4", "would measure from 5 to 4 m"),
     ],

@@ -86,6 +86,9 @@ def test_sensors_are_mounted_by_link_and_the_body_is_in_the_profile(tmp_path: Pa
         math.pi / 2, abs=1e-4
     )
     assert len(profile.shapes) == 4
+    written(tmp_path, GOOD.replace('xyz="0.1 0 0.2"', 'xyz="100 0 200"'))
+    with pytest.raises(BadInput, match=r"puts laser 100 m .* in metres"):
+        profile_of((whole,), _with(tmp_path, 'urdf="robot.urdf"\n[lasers.laser]\nlink="laser"\n'), "x:", tmp_path)
     with pytest.raises(BadInput, match="no link 'nose'"):
         profile_of((whole,), _with(tmp_path, 'urdf="robot.urdf"\n[lasers.laser]\nlink="nose"\n'), "x:", tmp_path)
     with pytest.raises(BadInput, match="but no urdf"):
@@ -116,6 +119,7 @@ TWICE = f'<robot><link name="a"/><link name="b"/>{JOINT.format("j", "a", "b")}{J
         (" " * 5_000_001, "too large"),
         ('<robot><link name="a"/><joint><child link="a"/></joint></robot>', "no parent"),
         (NOT_FINITE, "no xyz"),
+        ("<robot>" + joint("fixed", "a", "b", 'rpy="0 0 90"') + "</robot>", "by 90 rad.*radians"),
         ('<robot xmlns:xacro="x"><xacro:include filename="a"/></robot>', "is xacro"),
     ],
 )
