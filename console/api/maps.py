@@ -50,6 +50,12 @@ class SavedMapRow(SavedMapFacts, kw_only=True):
     verified: bool
 
 
+class TakenMap(SavedMapRow, kw_only=True):
+    """A map that was taken in; `remark`: a sentence on what in its files may be meant otherwise, "" for none."""
+
+    remark: str
+
+
 class SavedMapList(msgspec.Struct, frozen=True):
     """All saved maps, the newest first, and the name of the one that the robot goes on in."""
 
@@ -183,11 +189,12 @@ async def save(asked: SaveMapRequest, maps: SavedMaps, who: Who) -> SavedMapRow:
 
 @maps.post("/maps/import", status_code=201)
 @needs("operator", body=ZIP_LIMIT)
-async def take_in(request: Request, maps: SavedMaps, who: Who, name: NewName, replace: bool = False) -> SavedMapRow:
+async def take_in(request: Request, maps: SavedMaps, who: Who, name: NewName, replace: bool = False) -> TakenMap:
     """Keep a map under a name: one that another robot saved (its zip), or one of Nav2 or slam_toolbox: a zip of its
     YAML (trinary, scale or raw) and its PGM, PNG or BMP. Load it as any other; the robot finds its place in it.
     """
-    return map_row(await maps.take_in(name, await request.body(), who, replace=replace))
+    card, remark = await maps.take_in(name, await request.body(), who, replace=replace)
+    return TakenMap(**msgspec.structs.asdict(map_row(card)), remark=remark)
 
 
 @maps.post("/maps/match", responses=problems(404))

@@ -233,16 +233,17 @@ class MapService(Part):
         if number != self._maps_used:
             raise Refused(Statement("pilot.other_map"))
 
-    async def take_in(self, name: str, packed: bytes, who: Person, *, replace: bool) -> MapInfo:
+    async def take_in(self, name: str, packed: bytes, who: Person, *, replace: bool) -> tuple[MapInfo, str]:
         """Keep a map as one to go on in: one that another robot of the site has saved, as `packed` made it, with its
-        places, zones and routes; or a map of Nav2 or slam_toolbox, a zip of YAML and picture.
+        places, zones and routes; or a map of Nav2 or slam_toolbox, a zip of YAML and picture. The sentence says
+        what in it may be meant otherwise; "": nothing.
 
         Raises BadInput with what is wrong in it, NameTaken, Unwritable, Problem 409, 503.
         """
         named, settings = checked_name(name), self._settings
         found = await asyncio.to_thread(self._store.unpacked, packed)
         if found is not None:
-            return await self._take_over(named, *found, who, replace=replace)
+            return await self._take_over(named, *found, who, replace=replace), ""
         cells = await asyncio.to_thread(read_nav2_zip, packed)
 
         def draw() -> tuple[OccupancyGrid, SavedMap]:
@@ -260,7 +261,7 @@ class MapService(Part):
         await self._on_disk(self._taking_turns(lambda: self._store.keep(card, fill, replace=replace)))
         self._leave_replaced(card)
         self._changed("import", card.name, who)
-        return card
+        return card, cells.remark
 
     async def _take_over(
         self, name: str, other: MapInfo, files: dict[str, bytes], who: Person, *, replace: bool

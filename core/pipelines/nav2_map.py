@@ -49,6 +49,7 @@ class Nav2Cells:
     resolution: float  # [m]
     origin: tuple[float, float, float]  # x, y [m] of the outer corner of the first cell, and its turn [rad]
     mode: Nav2Mode = "trinary"
+    remark: str = ""  # a sentence on what may be meant otherwise
 
 
 def map_pixels(grid: OccupancyGrid) -> Array:
@@ -119,8 +120,6 @@ def read_nav2_map(text: bytes, picture: bytes) -> Nav2Cells:
     Shade s of a pixel: the mean of its channels (in trinary also of its opacity); occupancy p = 1 - s, with `negate`
     p = s. Trinary: occupied for p ≥ occupied_thresh, free for p ≤ free_thresh. Scale: in between 0 to 100, and what
     is not opaque is unknown. Raw: the pixel itself where it is at most 100; `negate` and thresholds do not count.
-    Other than there, the grey that Nav2 writes for unknown is not free in trinary: with the free_thresh of 0.25 that
-    it writes beside, its own unknown cells would come back as floor.
     """
     settings = _settings(text)
     mode: Any = settings.get("mode", "trinary")
@@ -147,12 +146,17 @@ def read_nav2_map(text: bytes, picture: bytes) -> Nav2Cells:
             values[:] = np.rint(np.clip((p - free) / (occupied - free), 0.0, 1.0) * OCCUPIED_VALUE)
         values[p >= occupied] = OCCUPIED_VALUE
         values[p <= free] = FREE_VALUE
-        if mode == "trinary":
-            unknown = (pixels[..., : 1 if pixels.shape[2] < 3 else 3] == UNKNOWN_PIXEL).all(axis=2)
-            values[unknown & (values == FREE_VALUE)] = UNKNOWN_VALUE
         if mode == "scale":
             values[~opaque] = UNKNOWN_VALUE
-    return Nav2Cells(np.ascontiguousarray(values[::-1]), resolution, _origin(settings), mode)
+    remark = ""
+    if mode == "trinary":
+        grey = (pixels[..., : 1 if pixels.shape[2] < 3 else 3] == UNKNOWN_PIXEL).all(axis=2)
+        if (floor := grey & (values == FREE_VALUE)).any():
+            kept = math.floor(1000 * float(p[floor].min())) / 1000
+            remark = Statement(
+                "nav2.grey_is_floor", count=np.count_nonzero(floor), free=f"{free:g}", kept=f"{kept:g}"
+            )
+    return Nav2Cells(np.ascontiguousarray(values[::-1]), resolution, _origin(settings), mode, remark)
 
 
 def laid_out(cells: Nav2Cells, resolution: float) -> OccupancyGrid:

@@ -174,7 +174,12 @@ def test_zones_go_out_as_masks_of_nav2_and_come_back_with_the_same_cells(bare: L
 def test_a_map_of_nav2_is_kept_as_a_saved_map_to_the_bit(bare: Live) -> None:
     out = bare.ask("GET", "/api/map", token=bare.viewer).body
     told = send(bare, "/api/maps/import?name=from+nav2", out)
-    assert told.status == 201 and told.json["landmarks"] == 0, told.json
+    assert told.status == 201 and told.json["landmarks"] == 0 and told.json["remark"] == "", told.json
+    files = members(out)
+    own = files["map.yaml"].replace(b"0.196", b"0.25")
+    doubted = send(bare, "/api/maps/import?name=of+nav2s+own", zip_of({"m.yaml": own, "map.pgm": files["map.pgm"]}))
+    assert "free_thresh is 0.25" in doubted.json["remark"], doubted.json
+    call(bare, "DELETE", "/api/maps/of%20nav2s%20own", status=204)
     kept = members(bare.ask("GET", "/api/maps/from%20nav2.zip", token=bare.viewer).body)
     assert kept["map.pgm"] == members(out)["map.pgm"] and kept["map.yaml"] == members(out)["map.yaml"]
     assert send(bare, "/api/maps/import?name=from+nav2", out).status == 409

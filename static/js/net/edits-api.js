@@ -50,7 +50,7 @@ async function packed(files) {
   return zipOf(members);
 }
 
-/** @param {string} name @param {FileList} files @returns {Promise<{name: string}>} */
+/** @param {string} name @param {FileList} files @returns {Promise<{name: string, remark: string}>} */
 export const takeInMap = async (name, files) =>
   send(`api/maps/import?name=${encodeURIComponent(name)}`, await packed(files));
 

@@ -1050,6 +1050,22 @@ export interface StoppedRobot {
   reason: string;
 }
 
+/** A map that was taken in; `remark`: a sentence on what in its files may be meant otherwise, "" for none. */
+export interface TakenMap {
+  name: string;
+  saved_s: number;
+  by: string;
+  robot: string;
+  resolution_m: number;
+  width_m: number;
+  height_m: number;
+  submaps: number;
+  landmarks: number;
+  closures: number;
+  verified: boolean;
+  remark: string;
+}
+
 /** A recording that was kept, and what opens it. */
 export interface TakenRecording {
   url: string;

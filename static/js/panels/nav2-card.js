@@ -4,7 +4,7 @@ import { address } from "../net/api.js";
 import { takeInMap, takeInMask } from "../net/edits-api.js";
 import { icon, make, nameField, onSubmit, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
 /** @import { View } from "../net/session.js" */
@@ -81,7 +81,7 @@ class Nav2Card extends Panel {
     const as = this.#as.value;
     if (as === "map") {
       const kept = await takeInMap(name, files);
-      return t("nav2-card.the_map_name_is_kept", { name: kept.name });
+      return `${t("nav2-card.the_map_name_is_kept", { name: kept.name })} ${inLanguage(kept.remark)}`.trim();
     }
     const [type = 1, base = 100, multiplier = -1] = as === "keep_out" ? [] : as.split(" ").map(Number);
     const kind = as === "keep_out" ? "keep_out" : "slow";
@@ -91,7 +91,7 @@ class Nav2Card extends Panel {
       base,
       multiplier,
     });
-    return `${t("nav2-card.count_zones_were_drawn", { count: zones.length })} ${rest}`.trim();
+    return `${t("nav2-card.count_zones_were_drawn", { count: zones.length })} ${inLanguage(rest)}`.trim();
   }
 }
 

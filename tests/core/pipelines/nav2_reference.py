@@ -9,10 +9,7 @@ from PIL import Image
 
 
 def reference(text: str, picture: bytes) -> list[list[int]]:
-    """Values as nav_msgs/OccupancyGrid has them, row 0 the lowest (Nav2's map_io, its loops written out).
-
-    Other than there, the grey of unknown, 205, is never free in trinary.
-    """
+    """Values as nav_msgs/OccupancyGrid has them, row 0 the lowest (Nav2's map_io, its loops written out)."""
     told = yaml.safe_load(text)
     mode, free, occupied = told.get("mode", "trinary"), told["free_thresh"], told["occupied_thresh"]
     image = Image.open(io.BytesIO(picture))
@@ -36,7 +33,7 @@ def reference(text: str, picture: bytes) -> list[list[int]]:
             elif p >= occupied:
                 row.append(100)
             elif p <= free:
-                row.append(-1 if mode == "trinary" and shades[:3] == [205] * 3 else 0)
+                row.append(0)
             else:
                 row.append(-1 if mode == "trinary" else round((p - free) / (occupied - free) * 100))
         rows.append(row)

@@ -152,12 +152,15 @@ def test_a_png_of_16_bits_is_the_map_that_it_shows(times: int) -> None:
     assert np.array_equal(read.values, read_nav2_map(text, png_of(picture)).values)
 
 
-def test_the_grey_that_nav2_saves_for_unknown_is_no_floor_with_its_own_thresholds() -> None:
+def test_that_the_grey_of_unknown_is_floor_by_nav2s_own_thresholds_is_said() -> None:
     saved = yaml_of(occupied_thresh=0.65, free_thresh=0.25).encode()
     grey = np.array([[0, 205, 254]], np.uint8)
     opaque = np.dstack([grey] * 3 + [np.full_like(grey, 255)])
-    for picture in (pgm(grey), png_of(grey), png_of(opaque)):
-        assert read_nav2_map(saved, picture).values.tolist() == [[100, -1, 0]]
+    for picture, kept in ((pgm(grey), 0.196), (png_of(grey), 0.196), (png_of(opaque), 0.147)):
+        read = read_nav2_map(saved, picture)
+        assert read.values.tolist() == [[100, 0, 0]] and f"0.25: 1 cells. Write {kept}" in read.remark
+        read = read_nav2_map(yaml_of(occupied_thresh=0.65, free_thresh=kept).encode(), picture)
+        assert read.values.tolist() == [[100, -1, 0]] and not read.remark
 
 
 @pytest.mark.parametrize(
