@@ -66,8 +66,10 @@ async def calibration_report(kind: CalibrationKind, calibrations: CalibrationSes
     found = calibrations.used()[kind]
     if found is None:
         raise Problem(404, f"No calibration of the {kind} was accepted yet.")
-    title = f"Calibration of the {kind}"
-    return sent(document_html(title, [table_html(("", ""), flat(found))]), f"calibration-{kind}")
+    title, accepted_s = f"Calibration of the {kind}", found["accepted_s"]
+    accepted = {} if accepted_s is None else {"accepted": clock(accepted_s)}
+    shown = {**{name: value for name, value in found.items() if name != "accepted_s"}, **accepted}
+    return sent(document_html(title, [table_html(("", ""), flat(shown))]), f"calibration-{kind}")
 
 
 @reports.get("/reports/experiments/{id}", **sends_file(MEDIA_TYPE))

@@ -122,7 +122,7 @@ class CalibrationStore:
 
     def _former(self, kind: CalibrationKind) -> tuple[Path, Document] | None:
         """The newest former that can be used; a damaged one is passed over and stays. Raises OSError."""
-        formers = self._folder.glob(f"{NAMES[kind]}-2*.json")
+        formers = self._folder.glob(f"{NAMES[kind]}-[0-9]*.json")
         for path in sorted(formers, key=lambda former: former.stem, reverse=True):
             try:
                 return path, read(path, kind)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import errno
 import json
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 
+from console.api.reports import clock
 from console.calibration.apply import calibrated, laser_in, nominal_mount
 from console.calibration.calibration_store import CalibrationStore
 from console.calibration.service import CalibrationService
@@ -81,6 +83,8 @@ def test_what_is_accepted_is_used_at_once_and_after_a_restart_and_can_be_taken_b
     assert report.status == 200 and report.json["fx"] == fx
     assert wizard.told["accepted_s"] > 0
     assert active(live)["camera"]["fx"] == fx and seen_with(live) == fx
+    document = live.ask("GET", "/api/reports/calibration/camera", token=live.viewer).body.decode()
+    assert f"<td>accepted</td><td>{clock(active(live)['camera']['accepted_s'])}</td>" in document
     assert bring(live, ros_yaml(NEAR)) == 200
     assert seen_with(live) == NEAR.fx
     assert Wizard(live, "laser", "robot").told["kind"] == "laser"
@@ -236,6 +240,16 @@ def test_a_damaged_former_is_passed_over_and_the_one_before_it_is_taken_back(tmp
     assert damaged.read_text() == "{"
     kept.undo("camera")
     assert kept.camera is None and not (tmp_path / "camera.json").exists()
+
+
+def test_a_former_of_a_clock_that_was_never_set_is_taken_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gmtime = time.gmtime
+    monkeypatch.setattr(time, "gmtime", lambda: gmtime(60.0))
+    kept = accepted(tmp_path, 301.0, 302.0)
+    kept.undo("camera")
+    assert kept.camera is not None and kept.camera.fx == as_restarted(tmp_path) == 301.0
 
 
 def test_a_digit_that_changed_after_it_was_saved_is_told_and_not_used(tmp_path: Path) -> None:
