@@ -84,12 +84,13 @@ def make_certificate(chosen: argparse.Namespace) -> int:
 
 def set_role(chosen: argparse.Namespace) -> int:
     """Set it; a running fleet takes it at once. Raises BadInput."""
+    from console.cli.token import tidy
     from console.data_folder import home_folder, prepare
     from console.fleet_server.runtime import FleetRoles
 
-    home = home_folder(chosen.data) / "fleet"
+    home, person = home_folder(chosen.data) / "fleet", tidy(chosen.person)  # as their key has it
     prepare(home)
     role = None if chosen.role == "none" else chosen.role
-    FleetRoles(home).set(chosen.person, chosen.robot, role)
-    row = {"person": chosen.person, "robot": chosen.robot, "role": role}
-    return answer(chosen, row, f"{chosen.person} is {chosen.role} at {chosen.robot}.")
+    FleetRoles(home).set(person, chosen.robot, role)
+    row = {"person": person, "robot": chosen.robot, "role": role}
+    return answer(chosen, row, f"{person} is {chosen.role} at {chosen.robot}.")

@@ -11,6 +11,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import unicodedata
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ import pytest
 import console.fleet_server.serve
 import console.options
 import console.serve
+from console.__main__ import main
 from console.access.records import AccessFile
 from console.cli import build_parser
 from console.fleet.authority import Authority
@@ -63,6 +65,15 @@ def test_every_beckon_command_of_both_pages_does_what_it_says_and_servers_take_w
     assert [one.name for one in Authority(home).certificates()] == ["robot2", "robot3", "robot1"]
     assert FleetRoles(home).read() == {"Ann": {"robot1": "operator", "robot2": None}}
     assert "Ann" in {one.name for one in AccessFile(home).read().keys.values()}
+
+
+def test_a_role_is_set_for_who_has_the_key_however_a_shell_writes_the_name(tmp_path: Path) -> None:
+    for command in (["token", "add", "Änne", "--role", "operator"], ["fleet", "role", "Änne", "robot1", "none"]):
+        form = "NFC" if command[0] == "token" else "NFD"
+        line = [unicodedata.normalize(form, word) for word in command]
+        assert main([*line, "--data", str(tmp_path / "fleet" if form == "NFC" else tmp_path)]) == 0
+    [key] = AccessFile(tmp_path / "fleet").read().keys.values()
+    assert FleetRoles(tmp_path / "fleet").at(key.name, "robot1", "operator") is None
 
 
 @pytest.mark.campaign

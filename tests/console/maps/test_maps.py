@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import io
 import json
 import math
 import threading
@@ -169,6 +170,14 @@ def test_a_map_of_an_earlier_console_has_no_checksums_and_is_taken(store: MapSto
     (kept.folder / "words.txt").write_text("72 landmarks")
     old = store.find("lab")
     assert old is not None and store.checked(old) == old.folder and old.card.files == {}
+    packed = store.unpacked(store.packed(old).read())
+    assert packed is not None and packed[1] == {"words.txt": b"72 landmarks"}, "nor by another robot"
+    (kept.folder / CARD).write_text(json.dumps({**card, "files": {"words.txt": "0"}}))  # its seal was taken away
+    with zipfile.ZipFile(box := io.BytesIO(), "w") as packing:
+        for path in kept.folder.iterdir():
+            packing.write(path, path.name)
+    with pytest.raises(BadInput, match="is no saved map"):
+        store.unpacked(box.getvalue())
 
 
 @pytest.mark.parametrize("name", ["lab", "Ground floor", "Büro 2", "a-b_c", "  two   words ", "地図", "x" * 40])
