@@ -8,6 +8,7 @@ import json
 import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from urllib.parse import quote
 
@@ -245,8 +246,8 @@ def test_a_damaged_former_is_passed_over_and_the_one_before_it_is_taken_back(tmp
 def test_a_former_of_a_clock_that_was_never_set_is_taken_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    gmtime = time.gmtime
-    monkeypatch.setattr(time, "gmtime", lambda: gmtime(60.0))
+    clock = SimpleNamespace(time=time.time, strftime=time.strftime, gmtime=lambda: time.gmtime(60.0))
+    monkeypatch.setattr("console.calibration.calibration_store.time", clock)
     kept = accepted(tmp_path, 301.0, 302.0)
     kept.undo("camera")
     assert kept.camera is not None and kept.camera.fx == as_restarted(tmp_path) == 301.0
