@@ -191,6 +191,5 @@ def sentences(report: SpeechReport) -> list[str]:
             ", ".join(f"{name} {figure:.3g}" for name, figure in shown.items() if figure is not None),
             f"delay {1000 * audio['delay_s']:.1f} ms, level {audio['level_change_db']:+.1f} dB",
         ]
-        if audio["pesq_reason"]:
-            lines.append(audio["pesq_reason"])
+        lines += filter(None, (audio["compared_note"], audio["pesq_reason"]))
     return lines + [f"{name}: {path}" for name, path in report.files.items()]

@@ -131,8 +131,10 @@ READING_ERRORS = (EOFError, OSError, RuntimeError, ValueError, lzma.LZMAError, z
 
 
 def first_bytes(path: Path, count: int) -> bytes:
-    """How a file begins; b"" where that cannot be read."""
+    """How a file begins; b"" where that cannot be read, or would be gone then, or wait for a writer, as of a pipe."""
     try:
+        if not path.is_file():
+            return b""
         with path.open("rb") as file:
             return file.read(count)
     except (OSError, ValueError):

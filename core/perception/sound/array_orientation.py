@@ -128,6 +128,6 @@ class OrientationWizard:
         if best.residual > MAX_RESIDUAL_SDS * float(np.sqrt(variance.mean())):
             return (
                 f"The claps do not agree on one orientation ({math.degrees(best.residual):.0f}° apart); "
-                "check the order of the channels first."
+                "check the order of the recordings and of the channels first."
             )
         return best

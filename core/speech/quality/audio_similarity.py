@@ -18,6 +18,7 @@ CLIPPED_SAMPLES = 3  # that many clipped samples together are clipping rather th
 FRAME_S = 0.02  # in which the level is measured
 NOISE_PERCENTILE = 10  # percentile of the frames' levels that is the noise floor
 SILENCE_DB = -120.0
+MIN_COMPARED_SHARE = 0.9  # of the original, of which figures speak for all of it
 PESQ_RATE = 16_000  # [Hz] of its wide band
 
 
@@ -44,6 +45,21 @@ class AudioSimilarity:
     si_sdr_db: float | None  # None: silence
     pesq: float | None  # None: see `pesq_reason`
     pesq_reason: str  # "" when there is a figure
+
+    @property
+    def compared_share(self) -> float:
+        """The share of the original that both recordings hold."""
+        return len(self.matched.original) / RATE_HZ / self.original["duration_s"]
+
+    @property
+    def compared_note(self) -> str:
+        """Describe what the figures leave out; "": nothing."""
+        if self.compared_share > MIN_COMPARED_SHARE:
+            return ""
+        share = f"{100 * self.compared_share:.0f} %"
+        return (
+            f"Only {share} of the original is in both recordings; the figures say nothing about the rest. Record all."
+        )
 
 
 def liken(original: Sound, received: Sound) -> AudioSimilarity:
@@ -111,6 +127,8 @@ class SimilarityFigures(TypedDict):
     si_sdr_note: str
     pesq_wb: float | None
     pesq_reason: str
+    compared_share: float  # of the original
+    compared_note: str
     delay_s: float
     correlation: float
     inverted: bool
@@ -128,6 +146,8 @@ def as_json(one: AudioSimilarity) -> SimilarityFigures:
         "si_sdr_note": "Reverberation counts as distortion in SI-SDR, however well the words are understood.",
         "pesq_wb": one.pesq,
         "pesq_reason": one.pesq_reason,
+        "compared_share": one.compared_share,
+        "compared_note": one.compared_note,
         "delay_s": one.matched.delay,
         "correlation": one.matched.correlation,
         "inverted": one.matched.inverted,

@@ -195,6 +195,8 @@ def _sound(one: AudioSimilarity) -> str:
         ),
         ("clipped", _percent(one.received["clipped_share"]), f"original {_percent(one.original['clipped_share'])}"),
     ]
+    if one.compared_note:
+        rows.append(("compared", _percent(one.compared_share), one.compared_note))
     if one.matched.inverted:
         rows.append(("polarity", "inverted", "the received sound is upside down; it was turned"))
     body = "".join(

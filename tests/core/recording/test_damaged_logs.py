@@ -6,6 +6,7 @@ import gzip
 import io
 import itertools
 import json
+import os
 import sqlite3
 import struct
 import time
@@ -20,6 +21,7 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 
 from core.errors import BadInput
 from core.recording import LogSettings, open_log
+from core.recording.drive import is_drive
 from tests.core.recording.log_writers import (
     START,
     carmen_lines,
@@ -279,6 +281,13 @@ def test_folders_missing_files_and_strange_paths_are_refused_in_a_sentence(tmp_p
     for path in (tmp_path, tmp_path / "absent.mcap", "nul\0byte", "x" * 5000, tmp_path / "absent#7"):
         with pytest.raises(BadInput, match=r"[.?]$"):
             open_log(path)
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    assert not is_drive(tmp_path / "pipe")
+    with pytest.raises(BadInput, match="not a file"):
+        open_log(tmp_path / "pipe")
 
 
 def test_limits_are_kept_and_told(tmp_path):

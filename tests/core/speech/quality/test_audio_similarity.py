@@ -61,6 +61,12 @@ def test_intelligibility_is_that_of_pystoi(extended: bool) -> None:
         assert stoi(VOICE, in_noise(ratio), RATE, extended=extended) == pytest.approx(theirs, abs=2e-3)
 
 
+def test_speech_that_was_lost_is_said_to_be_left_out_of_the_figures() -> None:
+    whole, half = liken(sound(VOICE), sound(VOICE)), liken(sound(VOICE), sound(VOICE[: len(VOICE) // 2]))
+    assert (whole.compared_share, whole.compared_note) == (1.0, "")
+    assert half.compared_share == pytest.approx(0.5) and "Only 50 % of the original" in as_json(half)["compared_note"]
+
+
 def test_a_delay_is_found_and_taken_out() -> None:
     for late in (4000, -3000):
         moved = np.concatenate((np.zeros(late), VOICE)) if late > 0 else VOICE[-late:]
