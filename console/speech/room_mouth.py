@@ -107,7 +107,7 @@ class RoomMouth:
                 if self._waiting:
                     self._news.set()
         except BeckonError as refusal:
-            if not self._hushed:
+            if self._ended > -math.inf:
                 self._trouble(str(refusal))
 
     async def _read_out(self, end: float) -> None:

@@ -104,6 +104,13 @@ def test_an_empty_room_is_said() -> None:
         asyncio.run(speaker_in_room(Room(("Ann", 2.0, 1.2)).ask, "Bob"))
 
 
+def test_what_goes_wrong_with_a_turn_that_is_over_ends_no_later_one() -> None:
+    async def act(mouth: RoomMouth) -> None:
+        mouth.close()  # another press
+
+    assert spoken(Room(), act)[0] == []
+
+
 def test_a_wall_between_hides_a_person() -> None:
     wall = (1.0, -1.0, 1.0, 1.0)
     plan = FloorPlan(name="", segments=(wall,), circles=(), things=())
