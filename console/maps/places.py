@@ -80,6 +80,7 @@ class PlaceService(Part):
         old = self.find(name)
         wanted = old.name if to_name is None else tidy_name(to_name)
         names = {old.name: wanted}
+        back = dict[str, str]()  # the former name, where routes follow the new one
 
         def change(marks: MapMarks) -> MapMarks:
             now = self.find(old.name)  # others may have changed it since
@@ -90,11 +91,15 @@ class PlaceService(Part):
                 self._check_name(wanted, [one for one in marks.places if one.name != old.name])
             places = tuple(mark if one.name == old.name else one for one in marks.places)
             routes = tuple(renamed(one, one.name, names) for one in marks.routes)
+            back[wanted] = old.name
+            self._announce_renamed(names)  # the place has its new name before that is on the disk
             return msgspec.structs.replace(marks, places=places, routes=routes)
 
-        await self._maps.mark(change, f"place {old.name}: {wanted}", who)
-        for tell in self.when_renamed:
-            tell(names)
+        try:
+            await self._maps.mark(change, f"place {old.name}: {wanted}", who)
+        except BaseException:
+            self._announce_renamed(back)
+            raise
         return self.find(wanted)
 
     async def remove(self, name: str, who: Person) -> None:
@@ -111,6 +116,10 @@ class PlaceService(Part):
         return round(nearest, 2) if nearest <= WALL_NEAR_M else None
 
     # steps of the above
+
+    def _announce_renamed(self, names: dict[str, str]) -> None:
+        for tell in self.when_renamed:
+            tell(names)
 
     def _refresh(self) -> None:
         self.places = tuple(one.now(self._maps.submaps) for one in self._maps.marks.places)

@@ -21,7 +21,9 @@ import pytest
 from console.access.logins import Person
 from console.maps.marks import RouteMark, RouteStop
 from console.maps.routes import FILE, LOST, LOW, RouteRun, RouteService, seconds_until_open
+from console.maps.service import MapService
 from console.speech.robot_voice import RobotVoice
+from core.errors import Unwritable
 from core.pilot import Pilot
 from core.sensors import SensorFrame
 from core.sentences import Statement, code_of
@@ -410,6 +412,40 @@ def test_it_is_started_paused_and_resumed_by_words(live: Live) -> None:
 
     live.until(lambda: follows() == "cancelled")
     assert progress(live)["state"] == "paused"
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_a_route_that_runs_follows_a_new_name_before_it_is_on_the_disk_and_back_where_it_was_not_kept(
+    live: Live, monkeypatch: pytest.MonkeyPatch, kept: bool
+) -> None:
+    maps, writes = live.runtime.parts[MapService], threading.Event()
+    keep = maps._keep_marks
+
+    async def slow(*marks: Any, **how: Any) -> None:
+        await asyncio.to_thread(writes.wait, 60)
+        if not kept:
+            raise Unwritable("The disk is full.")
+        await keep(*marks, **how)
+
+    call(live, "POST", "/api/places", {"name": "bench", "x_m": 0.1, "y_m": 0.0}, status=201)
+    call(live, "POST", "/api/routes", {"name": "linger", "stops": [{"place": "bench", "wait_s": 60.0}]}, status=201)
+    start(live, "linger")
+    monkeypatch.setattr(maps, "_keep_marks", slow)
+    change = threading.Thread(
+        target=lambda: live.ask("PATCH", "/api/places/bench", {"name": "table"}, token=live.operator)
+    )
+    change.start()
+    run = live.runtime.parts[RouteService].run_now
+    assert run is not None
+    live.until(lambda: any(one["name"] == "table" for one in call(live, "GET", "/api/places")["places"]))
+    assert run.here.place == "table"
+    writes.set()
+    change.join()
+    assert run.here.place == ("table" if kept else "bench")
+    monkeypatch.undo()
+    call(live, "POST", "/api/route/stop", {})
+    call(live, "DELETE", "/api/routes/linger", status=204)
+    call(live, "DELETE", f"/api/places/{run.here.place}", status=204)
 
 
 @pytest.mark.campaign
