@@ -227,9 +227,12 @@ def write_marks(folder: Path, marks: MapMarks) -> None:
 
 
 def read_marks(folder: Path) -> MapMarks:
-    """Read the marks of a map; those of earlier consoles have none. Raises BadInput with a sentence, OSError."""
+    """Read the marks of a map; those of earlier consoles have none. Raises BadInput with a sentence, OSError, also
+    where the map is gone.
+    """
     path = folder / MARKS
     if not path.exists():
+        folder.stat()
         return MapMarks()
     if path.stat().st_size > MAX_MARKS_BYTES:
         raise BadInput(f"The file {MARKS} of this map is too large.")

@@ -342,12 +342,16 @@ class MapService(Part):
         card = self._card(named, who, known_part(made.grid), saved.submaps)
         card.landmarks, card.frame = sum(map(len, saved.facts.landmarks)), shown.older.card.frame
 
-        def fill(folder: Path) -> None:
+        def write() -> None:
             older, newer = read_marks(shown.older.folder), read_marks(shown.newer.folder)
-            write_map(folder, saved, made.grid, landmarks_csv(()), "")
-            write_marks(folder, put_together(older, newer, made.older_submaps))
 
-        await self._on_disk(self._taking_turns(lambda: self._store.keep(card, fill, replace=False)))
+            def fill(folder: Path) -> None:
+                write_map(folder, saved, made.grid, landmarks_csv(()), "")
+                write_marks(folder, put_together(older, newer, made.older_submaps))
+
+            self._store.keep(card, fill, replace=False)
+
+        await self._on_disk(self._taking_turns(write))
         self._proposal = None
         self._changed("join", card.name, who)
         return card
@@ -426,14 +430,16 @@ class MapService(Part):
 
     async def load(self, name: str, who: Person) -> None:
         """Go on in a saved map. Raises Problem 404, 409, 503, BadInput."""
-        kept = await self.kept(name)
-        card, profile = kept.card, self._robot.profile
-        if card.robot != profile.name:
-            raise Problem(409, f"This map was made by “{card.robot}”; this robot is “{profile.name}”.")
-        self._check_fits(card)
-        saved = await self._on_disk(asyncio.to_thread(lambda: SavedMap.from_files(self._store.checked(kept) / FLOOR)))
-        marks = await self._on_disk(asyncio.to_thread(read_marks, kept.folder))
-        async with self._turn:
+        async with self._turn:  # nobody replaces it while it is read
+            kept = await self.kept(name)
+            card, profile = kept.card, self._robot.profile
+            if card.robot != profile.name:
+                raise Problem(409, f"This map was made by “{card.robot}”; this robot is “{profile.name}”.")
+            self._check_fits(card)
+            saved = await self._on_disk(
+                asyncio.to_thread(lambda: SavedMap.from_files(self._store.checked(kept) / FLOOR))
+            )
+            marks = await self._on_disk(asyncio.to_thread(read_marks, kept.folder))
             self._lease.check_not_anothers(who)
             self._entering = saved
             self._entered.clear()

@@ -116,7 +116,7 @@ class MapStore:
         with saving("The map was saved, but a power cut may lose it"):
             sync_folder(self._base)
         if former is not None:
-            shutil.rmtree(former.folder, ignore_errors=True)
+            self._leave(former)
 
     def rename(self, kept: StoredMap, name: str) -> None:
         """Call a map otherwise, in the place of one that has this name. Raises FileNotFoundError, Unwritable."""
@@ -127,7 +127,7 @@ class MapStore:
         with saving("The map could not be renamed"):
             write_atomic(card, json.dumps(document if kept.changed else sealed(document), indent=1))
         if former is not None:
-            shutil.rmtree(former.folder, ignore_errors=True)
+            self._leave(former)
 
     def remove(self, kept: StoredMap) -> None:
         """For good: out of sight first, then piece by piece. Raises FileNotFoundError, Unwritable."""
@@ -137,6 +137,13 @@ class MapStore:
             kept.folder.rename(gone)
             sync_folder(self._base)
         shutil.rmtree(gone, ignore_errors=True)
+
+    def _leave(self, kept: StoredMap) -> None:
+        """Remove a map that is replaced, out of sight first: who reads it meanwhile finds it whole, or gone."""
+        gone = self._base / f"{ASIDE}{secrets.token_hex(4)}"
+        with contextlib.suppress(OSError):  # the newer of two is the one that counts
+            kept.folder.rename(gone)
+            shutil.rmtree(gone, ignore_errors=True)
 
     def checked(self, kept: StoredMap) -> Path:
         """The map's folder, when all in it is as it was saved. Raises BadInput that names the file, OSError."""

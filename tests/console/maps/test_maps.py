@@ -24,10 +24,11 @@ from console.control.lease import Lease
 from console.http.problems import Problem
 from console.maps import marks
 from console.maps.edits import MAX_EDITS, EditService
-from console.maps.export import known_part, preview
+from console.maps.export import FLOOR, known_part, preview
+from console.maps.join_worker import JoinedMap, MatchMaps
 from console.maps.marks import EditMark, MapMarks, PlaceMark, read_marks
 from console.maps.places import PlaceService
-from console.maps.service import ITSELF, LAST_BUT_ONE, LAST_BUT_TWO, LAST_MAP, MapService
+from console.maps.service import ITSELF, LAST_BUT_ONE, LAST_BUT_TWO, LAST_MAP, JoinProposal, MapService
 from console.maps.store import ASIDE, CARD, MapInfo, MapStore, NameTaken, checked_name, slug
 from console.maps.trajectory import ROW_FIELDS, Trajectory, laid_out
 from core.errors import BadInput, Refused, Unwritable
@@ -36,14 +37,17 @@ from core.gate import ZERO
 from core.geometry import Pose
 from core.navigation.zones import KeepOuts, MapZone
 from core.pilot import Pilot
+from core.pilot.pilot import parts_of
 from core.robots import Profile
 from core.robots.connect import connect
 from core.sensors import SensorFrame
 from core.settings import Settings
 from core.slam.estimate import Estimate, SlamHealth
 from core.slam.map.edits import MapEdit, MapEdits
+from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import MapStatus, SubmapView
+from core.slam.map_join import MapMatch
 from core.slam.motion import Increment
 from core.snapshot import Snapshot
 from tests.console.live import until
@@ -132,6 +136,19 @@ def test_a_map_goes_for_good_and_is_packed_with_everything(store: MapStore) -> N
         assert sorted(box.namelist()) == [CARD, "words.txt"]
     store.remove(kept)
     assert store.all() == [] and store.find("lab") is None
+
+
+def test_a_map_that_is_replaced_is_gone_at_once_for_who_reads_it(
+    store: MapStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store.keep(named("lab"), saying("one"), replace=False)
+    former = store.find("lab")
+    monkeypatch.setattr("console.maps.store.shutil.rmtree", lambda *_, **__: None)  # it takes its time
+    store.keep(named("lab", 200.0), saying("two"), replace=True)
+    assert former is not None and words_of(store, "lab") == "two"
+    for read in (store.checked, store.packed):
+        with pytest.raises(FileNotFoundError):  # half of it would be called damaged
+            read(former)
 
 
 def damage(path: Path) -> None:
@@ -470,6 +487,45 @@ def test_a_map_that_is_renamed_before_it_is_written_again_is_written_under_its_n
         await asyncio.gather(renaming, drawing, marking)
         assert [kept.card.name for kept in console.store.all()] == ["shop"]
         assert console.kept("shop")[2].places == DESK_MARKS
+
+    in_use(work, tmp_path)
+
+
+def test_a_map_that_is_saved_again_while_it_is_loaded_or_joined_loses_no_marks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def work(console: InUse) -> None:
+        maps, reads, saved_again = console.maps, threading.Event(), threading.Event()
+
+        def late(folder: Path) -> MapMarks:
+            reads.set()
+            saved_again.wait(1.0)
+            return read_marks(folder)
+
+        await maps.save("lab", ITSELF, replace=False)
+        await console.mark(places=DESK_MARKS)
+        older = console.store.find("lab")
+        with monkeypatch.context() as busy:
+            busy.setattr("console.maps.service.read_marks", late)
+            loading = asyncio.create_task(maps.load("lab", ITSELF))
+            await until(reads.is_set)
+            saving = asyncio.create_task(maps.save("lab", ITSELF, replace=True))
+            saving.add_done_callback(lambda _: saved_again.set())
+            await asyncio.gather(loading, saving, return_exceptions=True)
+        assert maps.marks.places == console.kept("lab")[2].places == DESK_MARKS
+
+        await maps.save("lab", ITSELF, replace=True)
+
+        async def joined(_: object) -> JoinedMap:
+            return JoinedMap(SavedMap.from_files(console.kept("lab")[0] / FLOOR), maps.grid, 1)
+
+        assert older is not None and not older.folder.exists()
+        monkeypatch.setattr(maps, "_worked", joined)
+        match = MatchMaps(str(older.folder), str(older.folder), parts_of(Settings()))
+        maps._proposal = JoinProposal("1", older, older, match, MapMatch(Pose(), 1, 1, (), 1.0, 0.0), b"")
+        with pytest.raises(Problem, match="no saved map of that name any more"):
+            await maps.join("1", "both", ITSELF)
+        assert console.store.find("both") is None
 
     in_use(work, tmp_path)
 
