@@ -56,6 +56,12 @@ def test_a_phones_speed_takes_two_lines_and_the_link_keeps_how_quickly_stop_was_
     here = visit(size=PHONE)
     speed = here.find(".top-speed").bounding_box()
     assert speed and speed["height"] < 45, "Speed 3 | up to 0.18 m/s"
+    expect(here.find("command-status")).to_have_text(re.compile("Ready"))
+    shown = """() => {
+        document.querySelector("pending-command-card").hidden = false;
+        return document.querySelector("command-status").checkVisibility({ visibilityProperty: true });
+    }"""
+    assert here.page.evaluate(shown) is False, "Ready would lie over the map above what waits"
     here.button("STOP").click()
     here.find("link-chip button").click()
     expect(here.find("link-chip .pairs")).to_contain_text(re.compile(r"Your last STOP\s*answered after \d+ ms"))

@@ -106,6 +106,9 @@ def test_a_finger_and_the_keys_draw_too(visit: Open, console: Running) -> None:
     floor = here.find(".map-edit-floor")
     floor.scroll_into_view_if_needed()
     expect(here.find("map-editor").get_by_role("button", name="Erase")).to_be_enabled()
+    here.page.get_by_role("link", name="Edit the map").click()
+    seen = "one => one.getBoundingClientRect().bottom <= document.querySelector('.stop').getBoundingClientRect().top"
+    here.until(lambda: floor.evaluate(seen), "all of the map is above STOP")
     box = floor.bounding_box()
     assert box is not None
     before = len(holding(console))

@@ -57,7 +57,7 @@ test("where it goes is told from where the robot stands", () => {
 test("who is called is told with a bearing and its doubt, or that it is not known", () => {
   const come = { ...INTENT, target: /** @type {const} */ ("person"), goal: null };
   const told = whereTo({ ...come, bearing_rad: 0.61, bearing_sd_rad: 0.07 }, STATE.pose);
-  assert.equal(told, "To the voice 35° to the left, ± 8°");
+  assert.equal(told, "To the voice 35° to the left, ±\u00a08°");
   assert.match(whereTo({ ...come, bearing_rad: -3.1, bearing_sd_rad: 0.07 }, STATE.pose), /behind/);
   assert.match(whereTo(come, STATE.pose), /not known/);
   assert.match(speaker({ source: "ears", who: "Ada" }), /in the room, for Ada/);
