@@ -142,6 +142,30 @@ def test_a_zone_is_drawn_on_the_map(visit: Open, console: Running, hand: str) ->
     shown(here, f"zone-drawn-by-{hand}")
 
 
+def test_the_bar_of_a_mode_covers_no_wall_of_the_whole_map(visit: Open) -> None:
+    here = visit()
+    flat(here)
+    here.button("Whole map").click()
+    here.button("Draw a zone").click()
+    here.laid_out()
+    bar = here.find(".flat-mode-bar").bounding_box()
+    assert bar is not None
+    walls = """({ x, y, width, height }) => {
+        const canvas = document.querySelector(".flat-floor"), fine = canvas.width / canvas.clientWidth;
+        const { left, top } = canvas.getBoundingClientRect();
+        const at = [fine * (x - left), fine * (y - top), fine * width, fine * height].map(Math.round);
+        const copy = new OffscreenCanvas(at[2], at[3]).getContext("2d");
+        copy.drawImage(canvas, ...at, 0, 0, at[2], at[3]);
+        const { data } = copy.getImageData(0, 0, at[2], at[3]);
+        let dark = 0;
+        for (let one = 0; one < data.length; one += 4) dark += data[one] < 100 && data[one + 3] > 200;
+        return dark;
+    }"""
+    here.until(lambda: here.page.evaluate(walls, bar) == 0, "the map is below the bar")
+    here.button("Cancel").click()
+    here.until(lambda: here.page.evaluate(walls, bar) > 50, "without it, the map has all of the height")
+
+
 @pytest.mark.parametrize("size", [PHONE, (360, 640), (844, 390)])
 def test_every_corner_of_a_phones_map_can_be_one_of_a_zone(visit: Open, size: tuple[int, int]) -> None:
     here = visit(size=size)

@@ -400,9 +400,16 @@ class FlatMap extends Panel {
     return this.#view.centred(floor, 2 * x, 2 * y);
   }
 
+  /** Of the bar of a mode where it lies over the map, at its top [px]. */
+  get #barHeight() {
+    const { offsetTop, offsetHeight } = this.#modeBar;
+    return offsetHeight ? Math.max(0, offsetTop + offsetHeight - this.#covered.top) : 0;
+  }
+
   #aim() {
     const { clientWidth: width, clientHeight: height } = this.#canvas;
-    const { left, top, right, bottom } = this.#covered;
+    const { left, right, bottom } = this.#covered;
+    const top = this.#covered.top + this.#barHeight;
     const { state } = this.#shown ?? {};
     if (this.#looks === "robot" && state) this.#view = this.#centred({ x: state.pose.x_m, y: state.pose.y_m });
     if (this.#looks !== "whole") return;
