@@ -24,7 +24,7 @@ from core.recording.recording import LogSettings, ScanRecording, stamped
 from core.recording.scans import default_angles, in_time_order, make_scan, scan_recording
 from core.recording.source import TextLog
 from core.sensors import Scan
-from core.sensors.scan_gate import RangeUnit
+from core.sensors.scan_gate import RangeUnit, checked_angles
 
 MAX_STAMP_NS = 1e20  # of a record's time, in whatever unit
 NO_RETURN = 80.0  # [m]: readings from here on mean that nothing came back
@@ -81,7 +81,7 @@ class _Carmen:
         self._scans: list[Scan] = []
         self._times: list[tuple[float, float]] = []  # of every scan: its own, and the logger's, in any unit
         self._kinds: list[str] = []  # of the record of every scan
-        self._unit = RangeUnit("the laser", tally)
+        self._unit, self._tally = RangeUnit("the laser", tally), tally
         self._beside = array("d")  # with every scan: laser x y θ, robot x y θ; NaN where it carries none
         self._odometry = array("d")  # time, logger's time, x y θ tv rv …
         self._field: float | None = None  # [rad] of FLASER's beams, where the header says it
@@ -106,7 +106,9 @@ class _Carmen:
         else:
             start, step, maximum = _finite(words[2]), _finite(words[4]), _finite(words[5])
             beams = _count(words[8])
-            step = step or _finite(words[3]) / max(1, beams - 1)
+            field = _finite(words[3])
+            step = step or field / max(1, beams - 1)
+            start, step = checked_angles("the laser", beams, (start, start + field), step, self._tally)
             after = 9 + beams
             after += 1 + _count(words[after])
             time_at = 11 if word.startswith("ROBOT") else 0

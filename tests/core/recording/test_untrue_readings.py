@@ -125,6 +125,25 @@ def test_limits_of_a_carmen_log_that_its_ranges_exceed_cost_no_range(tmp_path):
         assert [one.code for one in recording.report.faults] == found and np.isfinite(recording.scan(0).ranges).all()
 
 
+@pytest.mark.parametrize(
+    ("start", "field", "step", "found"),
+    [
+        (-0.785, 1.57, 0.01764, []),
+        (-0.785, 1.59, 0.01764, []),  # as those write it who count a step for the last beam, too
+        (-0.785, 0.0, 0.01764, []),
+        (-44.98, 89.95, 1.0107, ["scan.degrees"]),
+        (-0.785, 1.57, 0.00882, ["scan.step_differs"]),
+    ],
+)
+def test_the_angles_of_a_carmen_log_are_checked_with_each_other(start, field, step, found, tmp_path):
+    ranges = " ".join(f"{3 + 0.05 * beam:.3f}" for beam in range(90))
+    line = f"RAWLASER1 0 {start} {field} {step} 80 0.01 0 90 {ranges} 0 {{:.3f}} host {{:.3f}}"
+    lines = [line.format(5 + 0.1 * n, 0.1 * n) for n in range(20)]
+    recording = open_log(written(tmp_path, "\n".join(lines).encode()))
+    assert [one.code for one in recording.report.faults] == found
+    assert recording.scan(0).angle_min == pytest.approx(-0.785, abs=1e-3)
+
+
 def circle(times, radius=1.0):
     turned = 0.3 * (times - times[0])
     return np.column_stack([radius * np.sin(turned), radius * (1 - np.cos(turned)), turned])
