@@ -134,7 +134,7 @@ class RecordingService(Part):
         self._notes: dict[str, RecordingNote] = {}
         self._deletes = True  # the oldest files where all are too large; not where nobody knows which have a note
         self._turn, self._change = asyncio.Lock(), asyncio.Lock()  # of the process; of what begins and ends
-        self._noting = asyncio.Lock()  # one writes the notes
+        self._noting, self._cutting = asyncio.Lock(), asyncio.Lock()  # of who writes the notes; has a file made
         self._map_at = self._disk_at = -1e9
         self._grid = self._voice = -1
         self._whole_map = b""  # to go on in, for the next moment
@@ -564,9 +564,10 @@ class RecordingService(Part):
         """Save a part of a finished recording as one of its own. Raises BadInput, Unwritable."""
         await asyncio.to_thread(self._make_folder)
         place = f" {begin_s:.0f}-{end_s:.0f} s"
-        fresh = self._fresh_name(NO_NAME.sub("-", path.stem)[: MAX_NAME_LETTERS - len(place)] + place)
-        job = work.CutRecording(str(path), str(self._path(fresh)), begin_s, end_s)
-        done = await self._cutter.ask(job, budget=FILE_BUDGET_S)
+        async with self._cutting:
+            fresh = self._fresh_name(NO_NAME.sub("-", path.stem)[: MAX_NAME_LETTERS - len(place)] + place)
+            job = work.CutRecording(str(path), str(self._path(fresh)), begin_s, end_s)
+            done = await self._cutter.ask(job, budget=FILE_BUDGET_S)
         self.revision += 1
         if done.note:
             await self._set_note(done.name, done.note)
@@ -604,11 +605,12 @@ class RecordingService(Part):
     async def sample(self, sample: str, who: Person) -> str:
         """Record a sample, unless it was before → the name of its file. Raises Unwritable, Problem 507."""
         path = self._path(f"sample {sample}")
-        if not await asyncio.to_thread(path.exists):
-            await self._check_room()
-            await self._cutter.ask(work.MakeSample(sample, str(path)), budget=FILE_BUDGET_S)
-            self.revision += 1
-            self._history.add("keep_recording", who, words=path.stem)
+        async with self._cutting:
+            if not await asyncio.to_thread(path.exists):
+                await self._check_room()
+                await self._cutter.ask(work.MakeSample(sample, str(path)), budget=FILE_BUDGET_S)
+                self.revision += 1
+                self._history.add("keep_recording", who, words=path.stem)
         return path.name
 
     async def _check_room(self) -> None:
@@ -701,7 +703,13 @@ class RecordingService(Part):
             paths = [
                 path for given in self._attached for path in ([given] if given.is_file() else given.glob("*.json"))
             ]
-            return [(path.name, media_type(path), path.read_bytes()) for path in paths if path.is_file()]
+            found: list[tuple[str, str, bytes]] = []
+            for path in filter(Path.is_file, paths):
+                try:
+                    found.append((path.name, media_type(path), path.read_bytes()))
+                except OSError as trouble:  # gone since, or another user's: the drive is recorded all the same
+                    log.warning("%s does not go into the recording: %s", path, trouble)
+            return found
 
         profile = self._robot.profile
         card = {"name": profile.name, "url": profile.url, "radius_m": profile.radius, "kind": profile.kind}

@@ -259,6 +259,39 @@ def test_of_two_that_are_given_one_name_at_once_one_is_refused_and_no_note_is_lo
         assert ask(live, "DELETE", f"recordings/{name}").status == 204
 
 
+def test_of_two_who_have_the_same_made_at_once_both_get_it(live: Live, recorded: Any) -> None:
+    def at_once(method: str, path: str, body: Any = None) -> list[Any]:
+        with ThreadPoolExecutor(2) as pool:
+            return list(pool.map(lambda _: ask(live, method, path, body), range(2)))
+
+    parts = at_once("POST", "recordings/a%20turn/export", {"from_s": 0, "to_s": 1})
+    assert [one.status for one in parts] == [201, 201] and len({one.json["name"] for one in parts}) == 2
+    for one in parts:
+        assert ask(live, "DELETE", f"recordings/{quote(one.json['name'])}").status == 204
+    samples = at_once("POST", "recordings/samples/room")
+    assert [(one.status, one.json["url"]) for one in samples] == [(201, "log:sample room.mcap")] * 2
+
+
+def test_a_file_that_cannot_be_read_keeps_no_drive_from_being_recorded(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (live.home / "calibration").mkdir(exist_ok=True)
+    locked = live.home / "calibration" / "of-root.json"
+    locked.write_bytes(b"{}")
+    read = Path.read_bytes
+
+    def refused(path: Path) -> bytes:
+        if path == locked:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        return read(path)
+
+    monkeypatch.setattr(Path, "read_bytes", refused)
+    assert ask(live, "POST", "recordings/start", {"name": "all the same"}).status == 201
+    assert ask(live, "POST", "recordings/stop").status == 200
+    locked.unlink()
+    assert ask(live, "DELETE", "recordings/all%20the%20same").status == 204
+
+
 def test_a_note_that_came_in_a_file_is_kept_as_any_other(live: Live, recorded: Any) -> None:
     part = ask(live, "POST", "recordings/a%20turn/export", {"from_s": 0, "to_s": 1}).json
     headers = {"Content-Type": ANY_FILE}
