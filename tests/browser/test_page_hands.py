@@ -62,6 +62,10 @@ def test_a_phones_speed_takes_two_lines_and_the_link_keeps_how_quickly_stop_was_
         return document.querySelector("command-status").checkVisibility({ visibilityProperty: true });
     }"""
     assert here.page.evaluate(shown) is False, "Ready would lie over the map above what waits"
+    here.say("continue 1.5 meters")
+    expect(here.find(".status-left")).to_contain_text(re.compile(r"m, \d+ s to go"))
+    left = here.find(".status-left").bounding_box()
+    assert left and left["height"] < 20, "1.5 m, 15 s to go: one line beside its button"
     here.button("STOP").click()
     here.find("link-chip button").click()
     expect(here.find("link-chip .pairs")).to_contain_text(re.compile(r"Your last STOP\s*answered after \d+ ms"))
