@@ -25,7 +25,7 @@ MANIFEST = "beckon-backup.json"
 BACKUP_FORMAT = 1
 DATABASE = "history.sqlite"
 NEVER_KEPT = ("models", "lock", "driver.lock", "access.lock", "before-restore", "open.html")  # made again, or of here
-HALT = "halt."  # begins the latch of a halt: only a person ends it
+HALT, FLEET = "halt.", "fleet"  # begins the latch of a halt, here or in a fleet's folder: only a person ends it
 RECORDINGS = "recordings"
 MAX_MANIFEST_BYTES = 64 << 20
 BLOCK_BYTES = 1 << 20
@@ -92,10 +92,12 @@ def restore_backup(file: Path, home: Path, *, replace: bool = False) -> BackupRe
     """
     fresh = not home.exists()
     try:
-        with (
-            locked(home),  # beside the folder nothing may be writable: a volume, a service's folder
-            tempfile.TemporaryDirectory(prefix=".restore-", suffix=UNFINISHED, dir=home) as name,
-        ):
+        with contextlib.ExitStack() as held:
+            held.enter_context(locked(home))
+            if (home / FLEET).is_dir():
+                held.enter_context(locked(home / FLEET))
+            # beside the folder nothing may be writable: a volume, a service's folder
+            name = held.enter_context(tempfile.TemporaryDirectory(prefix=".restore-", suffix=UNFINISHED, dir=home))
             staged = Path(name) / "home"
             rows = _unpacked(file, staged)
             _swap(staged, home, replace)
@@ -122,7 +124,8 @@ def _kept(home: Path, recordings: bool) -> Iterator[Path]:
         for path in files:
             journal = path.name.startswith(f"{DATABASE}-")  # the database itself is copied whole
             unfinished = path.name.startswith(".") and path.name.endswith(UNFINISHED)
-            if path.is_file() and not (path.is_symlink() or journal or unfinished):
+            halt = path.parent == home / FLEET and path.name.startswith(HALT)
+            if path.is_file() and not (path.is_symlink() or journal or unfinished or halt):
                 yield path
 
 
@@ -246,9 +249,13 @@ def _swap(staged: Path, home: Path, replace: bool) -> None:
     before = home / "before-restore"
     if present and before.exists():
         raise BadInput(f"{before} is still there from an earlier restore: move it away first.")
-    moves = [(path, before / path.name) for path in present] + [
-        (path, home / path.name) for path in staged.iterdir() if _lasts(path.name)
-    ]
+    for old in (staged / FLEET).glob(f"{HALT}*"):  # of a backup of an earlier version
+        old.unlink()
+    halts = [*(home / FLEET).glob(f"{HALT}*")]
+    if halts:
+        (staged / FLEET).mkdir(mode=0o700, exist_ok=True)
+    moves = [(path, staged / FLEET / path.name) for path in halts] + [(path, before / path.name) for path in present]
+    moves += [(path, home / path.name) for path in staged.iterdir() if _lasts(path.name)]
     with contextlib.ExitStack() as back:
         if present:
             before.mkdir(mode=0o700)

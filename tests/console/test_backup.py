@@ -136,6 +136,32 @@ def test_a_halt_is_neither_lifted_nor_brought_back(
     assert "settings.toml" in content_of(tmp_path / "new") and not (tmp_path / "new" / "halt.json").exists()
 
 
+def test_a_halt_of_a_fleet_is_neither_lifted_nor_brought_back(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    halt = home / "fleet" / "halt.json"
+    halt.write_bytes(b"earlier")
+    with monkeypatch.context() as former:
+        former.setattr(backup, "HALT", "of no file")  # a backup of an earlier version
+        packed = write_backup(home, tmp_path / "b.tar.gz").file
+    restore_backup(packed, tmp_path / "new")
+    assert (tmp_path / "new" / "fleet").is_dir() and not (tmp_path / "new" / "fleet" / "halt.json").exists()
+    halt.unlink()
+    packed = write_backup(home, tmp_path / "b.tar.gz").file
+    halt.write_bytes(b"now")
+    restore_backup(packed, home, replace=True)
+    assert halt.read_bytes() == b"now" and not (home / "before-restore" / "fleet" / "halt.json").exists()
+    with tarfile.open(write_backup(home, tmp_path / "b.tar.gz").file) as box:
+        assert not any("halt" in name for name in box.getnames())
+
+
+def test_a_folder_that_a_fleet_uses_is_left_alone(home: Path, tmp_path: Path) -> None:
+    packed = write_backup(home, tmp_path / "b.tar.gz").file
+    with locked(home / "fleet"), pytest.raises(Unavailable, match="Another console"):
+        restore_backup(packed, home, replace=True)
+    assert not (home / "before-restore").exists()
+
+
 def test_a_folder_that_a_console_uses_is_left_alone(home: Path, tmp_path: Path) -> None:
     packed = write_backup(home, tmp_path / "b.tar.gz").file
     with locked(home), pytest.raises(Unavailable, match="Another console"):
