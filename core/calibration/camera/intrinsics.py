@@ -133,7 +133,12 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
     figures = suspects.figures(solution.camera, covariance)
     brought = suspects.with_each(corners, solution, free)
     verdicts = _verdicts(views, corners, everything, solution, board, figures, brought)
-    faults = (*_faults(found, views, board), *doubts, *_off_centre(solution.camera, covariance, size))
+    faults = (
+        *_faults(found, views, board),
+        *doubts,
+        *_off_centre(solution.camera, covariance, size),
+        *_stretched(solution.camera),
+    )
     undecided = next((each.sentence for each in faults if each.code in UNDECIDED_CODES), "")
     others = {} if undecided else suspects.without_each(corners, solution, known, free, noise)
     deciding = _deciding(views, others, figures)
@@ -161,6 +166,7 @@ UNDECIDED_CODES = (
     *("camera.focal_undecided", "camera.one_tilt"),
 )
 LEFT_BY_VARIATION = 0.95  # share of the squared errors that two cameras leave, below which views vary instead
+MAX_STRETCH_RATIO = 1.1  # of the focal lengths: no sensor has pixels that are less square
 MAX_OFF_CENTRE = 0.15  # of the longer side of the picture that the lens may have its middle away from the picture's
 MIN_TILT_DEG = 3.0  # between the boards of any two views: parallel boards do not tell the focal length
 
@@ -230,6 +236,14 @@ def _with_focal_doubt(
         return covariance, alike
     doubt = fault("camera.focal_undecided", low=f"{around.low:.0f}", high=f"{around.high:.0f}")
     return covariance, (doubt,)
+
+
+def _stretched(camera: Array) -> tuple[Fault, ...]:
+    """Pictures that are wider or higher than the sensor made them."""
+    ratio = float(camera[0] / camera[1])
+    if 1 / MAX_STRETCH_RATIO < ratio < MAX_STRETCH_RATIO:
+        return ()
+    return (fault("camera.stretched", used=True, ratio=f"{ratio:.2f}"),)
 
 
 def _off_centre(camera: Array, covariance: Array, size: tuple[int, int]) -> tuple[Fault, ...]:

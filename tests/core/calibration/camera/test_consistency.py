@@ -212,3 +212,12 @@ def test_halves_of_stereo_pictures_are_told_by_the_middle_of_the_lens(beside: in
     assert [each.code for each in found.faults] == ["camera.off_centre"]
     whole = calibrate(views_of(pixels), BOARD, SIZE)
     assert not whole.faults and found.model.fx == pytest.approx(whole.model.fx, rel=1e-6)
+
+
+def test_pictures_that_were_stretched_have_that_said() -> None:
+    width, height = SIZE
+    stretched = pictures(12) * np.array([4 / 3, 1.0])
+    found = calibrate(views_of(stretched), BOARD, (round(width * 4 / 3), height))
+    assert [each.code for each in found.faults] == ["camera.stretched"] and "1.33 times as wide" in found.faults[
+        0
+    ].sentence
