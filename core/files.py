@@ -69,7 +69,7 @@ def replacing(path: Path, before: Callable[[], None] | None = None, mode: int = 
 
 def unfinished(path: Path) -> Path:
     """A name for a file while it is written, beside its own: hidden, and removed by `remove_unfinished`."""
-    return path.with_name(f".{path.name[-100:]}.{secrets.token_hex(4)}{UNFINISHED}")
+    return path.with_name(f".{path.name[-60:]}.{secrets.token_hex(4)}{UNFINISHED}")
 
 
 def sync_folder(folder: Path) -> None:

@@ -53,6 +53,7 @@ NO_GRID = OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odd
 FOLDER, NOTES = "recordings", "recordings.json"  # in the data folder
 ENDING = ".mcap"
 MAX_NAME_LETTERS, MAX_NOTE_LETTERS = 80, 2000
+MAX_NAME_BYTES = 235  # of a file's 255, for its endings and a number
 NAME = re.compile(r"[\w][\w .-]*")
 NO_NAME = re.compile(r"^[^\w]|[^\w .-]")  # letters of a file of elsewhere that a name cannot have
 BATCH_PERIOD_S = 0.25  # [s] between two batches for the recorder's process
@@ -484,7 +485,7 @@ class RecordingService(Part):
             async with self._change:  # nobody begins or ends one between the two files
                 done = await self._stop()
                 self._number += 1
-                await self._begin(f"{self._base} part {self._number}", done.note)
+                await self._begin(fitted(self._base, f" part {self._number}"), done.note)
         except (BeckonError, Problem) as trouble:
             self._notifications.tell("error", f"The recording has ended: {trouble}", "recorder")
 
@@ -780,6 +781,11 @@ def checked_name(name: str) -> str:
     if not 0 < len(tidy) <= MAX_NAME_LETTERS or not NAME.fullmatch(tidy):
         raise BadInput(Statement("recording.bad_name", letters=MAX_NAME_LETTERS))
     return tidy
+
+
+def fitted(name: str, tail: str) -> str:
+    """A name with something behind it, as much of it as the name of a file holds."""
+    return name.encode()[: MAX_NAME_BYTES - len(tail)].decode(errors="ignore").rstrip() + tail
 
 
 def bare_name(name: str) -> str:

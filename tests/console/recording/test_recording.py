@@ -259,6 +259,21 @@ def test_of_two_that_are_given_one_name_at_once_one_is_refused_and_no_note_is_lo
         assert ask(live, "DELETE", f"recordings/{name}").status == 204
 
 
+def test_a_long_name_leaves_room_for_its_parts_in_every_script(live: Live, recorded: Any) -> None:
+    recorder, name = live.runtime.parts[RecordingService], 80 * "地"
+    assert ask(live, "POST", "recordings/start", {"name": name}).status == 201
+    live.run(recorder._rotate())
+    running = recorder.state.name
+    assert running is not None and running.endswith("地 part 2")
+    assert ask(live, "POST", "recordings/stop").status == 200
+    cut = ask(live, "POST", "recordings/a%20turn/export", {"from_s": 0, "to_s": 1}).json["name"]
+    (live.home / "recordings" / f"{cut}.mcap").rename(live.home / "recordings" / f"{75 * '地'}.mcap")
+    cut = ask(live, "POST", f"recordings/{quote(75 * '地')}/export", {"from_s": 0, "to_s": 1})
+    assert cut.status == 201, cut.body
+    for one in (name, running, 75 * "地", cut.json["name"]):
+        assert ask(live, "DELETE", f"recordings/{quote(one)}").status == 204
+
+
 def test_of_two_who_have_the_same_made_at_once_both_get_it(live: Live, recorded: Any) -> None:
     def at_once(method: str, path: str, body: Any = None) -> list[Any]:
         with ThreadPoolExecutor(2) as pool:
