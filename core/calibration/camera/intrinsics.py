@@ -137,7 +137,7 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
         *_faults(found, views, board),
         *doubts,
         *_off_centre(solution.camera, covariance, size),
-        *_stretched(solution.camera),
+        *_stretched(solution.camera, covariance),
     )
     undecided = next((each.sentence for each in faults if each.code in UNDECIDED_CODES), "")
     others = {} if undecided else suspects.without_each(corners, solution, known, free, noise)
@@ -238,10 +238,11 @@ def _with_focal_doubt(
     return covariance, (doubt,)
 
 
-def _stretched(camera: Array) -> tuple[Fault, ...]:
-    """Pictures that are wider or higher than the sensor made them."""
-    ratio = float(camera[0] / camera[1])
-    if 1 / MAX_STRETCH_RATIO < ratio < MAX_STRETCH_RATIO:
+def _stretched(camera: Array, covariance: Array) -> tuple[Fault, ...]:
+    """The fault of pictures that are wider or higher than the sensor made them, if it is one."""
+    to_ratio = np.array([1.0, -1.0]) / camera[:2]
+    ratio, sd = camera[0] / camera[1], np.sqrt(to_ratio @ covariance[:2, :2] @ to_ratio)
+    if abs(np.log(ratio)) - consistency.TWO_SDS * sd < np.log(MAX_STRETCH_RATIO):
         return ()
     return (fault("camera.stretched", used=True, ratio=f"{ratio:.2f}"),)
 
