@@ -43,23 +43,23 @@ class Continuing:
     def __init__(self, distance: float, ctx: ControlContext) -> None:
         """`distance` [m]."""
         self._distance = distance
-        self._start = ctx.pose
-        end = ctx.pose @ Pose(distance, 0.0, 0.0)
-        self._end = np.array([end.x, end.y])
+        self._start = ctx.anchored(ctx.pose)
         self._arrival = Arrival(ctx.steering.distance_tolerance, ctx.steering)
         self._headway = StallDetector(0.02, ctx.steering.stalled_after)
         self._deadline = ctx.stamp + 2 * distance / ctx.body.cruise + 2.0
 
     def drive(self, ctx: ControlContext) -> Progress:
         """Take one frame."""
-        done = (self._start.inverse() @ ctx.pose).x
+        start = self._start()
+        end = start @ Pose(self._distance, 0.0, 0.0)
+        done = (start.inverse() @ ctx.pose).x
         left = self._distance - done
         there = self._arrival.reached(left, ctx.stamp)
         if self._arrival.settled(ctx.stamp):
             return Progress(finished="done", fraction=1.0)
         twist = ZERO
         if not there:
-            twist = hold_line(ctx.pose, self._start, left, ctx.body.cruise, ctx.body.turn, ctx.steering)
+            twist = hold_line(ctx.pose, start, left, ctx.body.cruise, ctx.body.turn, ctx.steering)
         far = f" {max(done, 0):.2f} of {self._distance:g} m are done."
         if twist.moves and self._headway.lost(left, ctx.stamp):
             return Progress(finished="failed", remark=why_no_headway(ctx.scan_points, ctx.body.radius) + far)
@@ -68,8 +68,8 @@ class Continuing:
         return Progress(
             twist=twist,
             fraction=min(1.0, max(0.0, done / self._distance)),
-            path=np.array([[ctx.pose.x, ctx.pose.y], self._end]),
-            goal=self._end,
+            path=np.array([[ctx.pose.x, ctx.pose.y], [end.x, end.y]]),
+            goal=np.array([end.x, end.y]),
         )
 
 

@@ -8,7 +8,8 @@ import numpy as np
 from core.commands.command import Action, Command, CommandPreview, CommandSpec, Parameter, Progress, Target
 from core.commands.routes import START_ROUTE
 from core.geometry import Pose
-from core.navigation.control_context import ControlContext
+from core.message import Array
+from core.navigation.control_context import ControlContext, as_it_is
 from core.navigation.goal_controller import GoalAim, GoalController
 from core.navigation.places import NamedPlace
 from core.sentences import Statement
@@ -44,21 +45,37 @@ class StopAt(CommandSpec):
     def begin(self, command: Command, ctx: ControlContext) -> Action:
         """Plan the way. Raises Refused with a sentence when there is none."""
         numbers = command.numbers
-        return Going((numbers["x_m"], numbers["y_m"]), ctx, numbers.get("heading_rad"))
+        return Going((numbers["x_m"], numbers["y_m"]), ctx, numbers.get("heading_rad"), with_map=bool(command.place))
 
 
 class Going:
     """The drive to a goal, until the robot stands there."""
 
-    def __init__(self, goal: tuple[float, float], ctx: ControlContext, heading: float | None = None) -> None:
-        """`goal` (x, y) [m], world; `heading` [rad] to look there, None: as it comes. Raises Refused."""
-        self._goal = np.array(goal)
+    def __init__(
+        self, goal: tuple[float, float], ctx: ControlContext, heading: float | None = None, *, with_map: bool = False
+    ) -> None:
+        """`goal` (x, y) [m], world; `heading` [rad] to look there, None: as it comes; `with_map`: it is a place and
+        no numbers, and moves with the map. Raises Refused.
+        """
+        self._looks = heading is not None
+        place = Pose(*goal, heading or 0.0)
+        self._place = ctx.anchored(place) if with_map else as_it_is(place)
         self._whole = max(ctx.pose.distance_to(*goal), 1e-6)
-        self._approach = GoalController(GoalAim(x=goal[0], y=goal[1], heading=heading), ctx)
+        self._approach = GoalController(self._aim, ctx)
+
+    @property
+    def _aim(self) -> GoalAim:
+        place = self._place()
+        return GoalAim(x=place.x, y=place.y, heading=place.heading if self._looks else None)
+
+    @property
+    def _goal(self) -> Array:
+        place = self._place()
+        return np.array([place.x, place.y])
 
     def drive(self, ctx: ControlContext) -> Progress:
         """Take one frame."""
-        step = self._approach.drive(ctx)
+        step = self._approach.drive(ctx, self._aim)
         if step.state == "there":
             return Progress(finished="done", fraction=1.0, goal=self._goal)
         left = ctx.pose.distance_to(*self._goal)

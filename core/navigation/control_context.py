@@ -1,5 +1,7 @@
 """The context of a command under way: the pose, the map and the readings that it may use."""
 
+from collections.abc import Callable
+
 from core.geometry import Pose
 from core.message import Array, message
 from core.navigation.person_following import PersonFollowingSettings
@@ -26,6 +28,11 @@ class SteeredBody:
     max_turn_rate: float = 1.5  # [rad/s]
 
 
+def as_it_is(pose: Pose) -> Callable[[], Pose]:
+    """The pose [m], [rad] on a map that nothing bends."""
+    return lambda: pose
+
+
 @message
 class ControlContext:
     """The world around the robot by the present estimate."""
@@ -38,6 +45,9 @@ class ControlContext:
     grid: OccupancyGrid
     scan_points: Array  # (M, 2) [m], robot frame, de-skewed: the newest scan
     scan_stamp: float = 0.0  # [s] of that scan
+    anchored: Callable[[Pose], Callable[[], Pose]] = (
+        as_it_is  # a pose → where it is on the map later: closed loops bend it
+    )
     planner: PlannerSettings = PlannerSettings()
     steering: SteeringSettings = SteeringSettings()
     wall: WallSettings = WallSettings()

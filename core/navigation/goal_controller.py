@@ -220,7 +220,8 @@ class GoalController:
         if passed < self.LOOK_EVERY or (ctx.is_full and passed < self.LOOK_EVERY + self.DEFER):
             return
         self._looked = ctx.stamp
-        moved = math.dist(self._planned_for, (self._aim.x, self._aim.y)) > self.MOVED
+        slack = self.MOVED if self._aim.keep else ctx.steering.goal_tolerance
+        moved = math.dist(self._planned_for, (self._aim.x, self._aim.y)) > slack
         if moved and ctx.stamp - self._planned >= self.FOLLOW_EVERY:
             self._try_to_set_out(ctx)
             return

@@ -444,6 +444,7 @@ class Pilot:
             turn_rate=wheels.turn_rate if wheels else 0.0,
             body=self._body,
             grid=self._planned_on(pose),
+            anchored=self._mapper.anchored,
             scan_points=frozen(pose.inverse().apply(self._mapper.points)),
             scan_stamp=self._scanned,
             planner=self._planner,

@@ -1,7 +1,9 @@
 """The mapper (front end and back end of SLAM): track, see, draw, keep a view, straighten the map in spare time."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -118,6 +120,17 @@ class Mapper:
             return AnchoredPose(-1, active.pose)
         newest = active.views[-1]
         return AnchoredPose(newest.id, newest.local.inverse() @ active.pose)
+
+    def anchored(self, pose: Pose) -> Callable[[], Pose]:
+        """A pose in the world → what says where it is by the map as it is then: it moves with the nearest view, that
+        of the robot itself with the newest.
+        """
+        stand = self.anchored_pose
+        if pose != self.estimate.pose and self.graph.views:
+            away = self.graph.pose_array()[:, :2] - (pose.x, pose.y)
+            nearest = int(np.argmin(np.hypot(*away.T)))
+            stand = AnchoredPose(nearest, self.graph.poses[nearest].inverse() @ pose)
+        return partial(self.where, stand) if stand.view >= 0 else lambda: pose
 
     def where(self, stand: AnchoredPose) -> Pose:
         """The world pose of a place by the present map."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 
@@ -29,29 +30,35 @@ class Stage:
         self.walls = np.zeros((0, 2))
         self.stamp = 0.0
         self.held = self.held_forward = False
-        self.jump = Pose()
+        self.jump = self.bend = Pose()
         self.path = np.zeros((0, 2))
         self.nearest = np.inf
 
     @property
     def here(self) -> ControlContext:
-        """What a command sees; `jump` is the estimator's error."""
+        """What a command sees; `jump` is the estimator's error, `bend` what closed loops did to the map."""
         seen = self.pose.inverse().apply(self.walls) if len(self.walls) else self.walls
         return ControlContext(
             stamp=self.stamp,
-            pose=self.pose @ self.jump,
+            pose=self.bend @ self.pose @ self.jump,
             speed=0.0,
             turn_rate=0.0,
             body=SteeredBody(),
             grid=self.grid,
             scan_points=seen,
+            anchored=self.anchored,
         )
 
-    def begin(self, words: str, **numbers: float) -> Action:
-        """Start obeying."""
+    def anchored(self, pose: Pose) -> Callable[[], Pose]:
+        """Where a pose is on the map, however that is bent later."""
+        there = self.bend.inverse() @ pose
+        return lambda: self.bend @ there
+
+    def begin(self, words: str, place: str | None = None, **numbers: float) -> Action:
+        """Start obeying; `place`: the name of the place that the numbers are of."""
         command = understand(words)
         assert isinstance(command, Command)
-        command = dataclasses.replace(command, numbers={**command.numbers, **numbers})
+        command = dataclasses.replace(command, numbers={**command.numbers, **numbers}, place=place)
         return spec_of(command.name).begin(command, self.here)
 
     def step(self, action: Action) -> Progress:
@@ -74,7 +81,7 @@ class Stage:
 
     def obey(self, words: str, seconds: float = 120.0, **numbers: float) -> Progress:
         """Until it is finished."""
-        action = self.begin(words, **numbers)
+        action = self.begin(words, None, **numbers)
         while self.stamp < seconds:
             progress = self.step(action)
             if progress.finished:

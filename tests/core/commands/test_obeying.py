@@ -82,6 +82,31 @@ def test_stop_at_ends_at_its_point(x: float, y: float, heading: float) -> None:
     assert stage.pose.distance_to(x, y) < 0.03
 
 
+def bent(words: str, place: str | None = None, **numbers: float) -> Stage:
+    """Obey while a loop is closed in the middle, by which the map moves."""
+    stage = Stage()
+    action = stage.begin(words, place, **numbers)
+    while not (progress := stage.step(action)).finished:
+        assert stage.stamp < 60.0
+        if stage.stamp > 4.0:
+            stage.bend = Pose(0.15, -0.2, 0.1)
+    assert progress.finished == "done"
+    return stage
+
+
+def test_a_place_is_reached_where_it_is_and_numbers_where_the_map_has_them_though_the_map_is_bent_meanwhile() -> None:
+    there = bent("stop at 1 and 0.5", "window", heading_rad=1.0).pose
+    assert (there.x, there.y, there.heading) == pytest.approx((1.0, 0.5, 1.0), abs=0.06)
+    stage = bent("stop at 1 and 0.5")
+    seen = stage.bend @ stage.pose
+    assert (seen.x, seen.y) == pytest.approx((1.0, 0.5), abs=0.06)
+
+
+def test_continue_goes_straight_though_the_map_is_bent_meanwhile() -> None:
+    there = bent("continue 1 meters").pose
+    assert (there.x, there.y, there.heading) == pytest.approx((1.0, 0.0, 0.0), abs=0.03)
+
+
 def test_stop_at_where_it_stands_is_done_at_once() -> None:
     stage = Stage()
     assert stage.obey("stop at 0 and 0").finished == "done"

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
+from core.geometry import Pose
 from core.simulation.world import world_named
 from core.slam.map.map_file import ARRAYS, WORDS, SavedMap
 from core.slam.map.submap import SubmapSettings
@@ -177,3 +178,19 @@ def test_the_same_drive_makes_the_same_map_to_the_bit() -> None:
     assert floors[0].grid.log_odds.tobytes() == floors[1].grid.log_odds.tobytes()
     assert floors[0].anchored_pose == floors[1].anchored_pose
     assert floors[0].where(floors[0].anchored_pose).vector == pytest.approx(floors[0].estimate.pose.vector, abs=1e-9)
+
+
+def test_a_place_moves_with_the_view_beside_it_when_a_closed_loop_bends_the_map() -> None:
+    mapper = Mapper(laser=LASER)
+    assert mapper.anchored(Pose(3.0, 1.0, 0.2))() == Pose(3.0, 1.0, 0.2)
+    for moment in drive(3, RING[:1]):
+        told(mapper, moment)
+    graph, robot, first = mapper.graph, mapper.estimate.pose, mapper.graph.poses[0]
+    place = first @ Pose(0.1, 0.05, 0.3)
+    here, there = mapper.anchored(robot), mapper.anchored(place)
+    assert here().vector == pytest.approx(robot.vector, abs=1e-9)
+    assert there().vector == pytest.approx(place.vector, abs=1e-9)
+    bend = Pose(0.4, -0.2, 0.1)
+    graph.poses[0] = bend @ first
+    assert there().vector == pytest.approx((bend @ place).vector, abs=1e-9)
+    assert here().vector == pytest.approx(robot.vector, abs=1e-9)
