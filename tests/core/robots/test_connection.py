@@ -92,7 +92,7 @@ def test_the_angles_of_a_camera_are_those_of_its_robot_file(x: float, angles: tu
 @given(
     own=st.dictionaries(TEXT, OWN, max_size=4),
     sensors=st.dictionaries(TEXT, NUMBER, max_size=2),
-    name=TEXT,
+    name=TEXT.filter(str.isprintable),
     comment=st.text(st.characters(categories=["L", "Zs"]), max_size=20),
 )
 def test_a_robot_file_that_is_written_is_read_back(
