@@ -10,6 +10,8 @@ import { t, translate } from "../ui/texts.js";
 const ROOT = "api/experiments";
 const ASK_MS = 1000;
 const SHORT_S = 90; // of processor time, up to which an experiment is called short
+/** @type {Readonly<Record<string, string>>} */
+const SUBSCRIPTS = { u: "ᵤ", v: "ᵥ", 0: "₀" };
 
 /** @param {string} id @param {string} name of a file */
 export const fileOf = (id, name) =>
@@ -32,11 +34,11 @@ export class ExperimentRuns extends RunsModel {
   take({ experiments, runs }) {
     for (const one of experiments ?? []) {
       for (const name of /** @type {const} */ (["title", "reproduces", "counts"])) translate(one, name);
-      for (const figure of one.chapter) translate(figure, "name");
+      one.chapter.forEach(writeName);
     }
     for (const run of runs) {
       translate(run, "title");
-      for (const figure of run.compared) translate(figure, "name");
+      run.compared.forEach(writeName);
     }
     [this.experiments, this.runs] = [shortestFirst(experiments), runs];
     const [next] = this.queue;
@@ -120,6 +122,12 @@ export const shortestFirst = (experiments) =>
 export function costOf({ base_s, run_s }, runs) {
   const seconds = base_s + run_s * runs;
   return seconds > 0 ? t("runs-model.about_inwords_of_one_processor", { inwords: inWords(seconds) }) : "";
+}
+
+/** Write what a figure is of in the page's language, its symbols as the chapter prints them. @param {{name: string}} figure */
+function writeName(figure) {
+  translate(figure, "name");
+  figure.name = figure.name.replace(/(?<=\b[a-z])_([uv0])\b/g, (_, below) => SUBSCRIPTS[below] ?? below);
 }
 
 /** A figure with as many digits as it deserves. @param {number | null} value @param {string} unit */
