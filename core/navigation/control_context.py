@@ -45,9 +45,7 @@ class ControlContext:
     grid: OccupancyGrid
     scan_points: Array  # (M, 2) [m], robot frame, de-skewed: the newest scan
     scan_stamp: float = 0.0  # [s] of that scan
-    anchored: Callable[[Pose], Callable[[], Pose]] = (
-        as_it_is  # a pose → where it is on the map later: closed loops bend it
-    )
+    anchored: Callable[[Pose], Callable[[], Pose]] = as_it_is  # a pose → where it is once a closed loop bent the map
     planner: PlannerSettings = PlannerSettings()
     steering: SteeringSettings = SteeringSettings()
     wall: WallSettings = WallSettings()

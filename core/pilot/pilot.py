@@ -120,9 +120,7 @@ class Pilot:
         self._stamp = stamp
         self._sensors, self._repeats = SensorWatch(self._profile, stamp), RepeatedReadings(self._profile)
         self._wheels: Wheels | None = None  # of the frame before
-        self._rolls = (
-            False  # there are wheels: without, scans that repeat are their own witness of a robot that stands
-        )
+        self._rolls = False  # there are wheels; without, only scans that repeat say that the robot stands
         self._odometry = Odometry(self._profile.laser, settings.motion, settings.scan_odometry)
         self._timing = ScanTiming(self._profile, settings.time_offset)
         self._vision = LandmarkPerception(self._profile, settings)

@@ -1,5 +1,6 @@
 """Pictures among ROS messages: raw ones → blue-green-red, and those of one camera of a recording, kept as JPEG."""
 
+import math
 import re
 from collections.abc import Callable
 from typing import Any
@@ -142,13 +143,14 @@ class RosPictures:
     def _model(self, width: int, height: int, tally: ReadReport) -> CameraModel:
         known = self._camera.model(width, height)
         if known is None:
-            tally.fault("camera.guessed", self._camera.topic, used=True)
+            view = math.degrees(2 * math.atan(0.5 / FOCAL_WIDTHS))
+            tally.fault("camera.guessed", self._camera.topic, used=True, view=f"{view:.0f}")
         return known or guessed_model(width, height)
 
     def _mounting(self, place: PlaceFrame, tally: ReadReport) -> Transform:
         known = self._camera.mounting(place)
         if known is None:
-            tally.fault("camera.unplaced", self._camera.topic, used=True)
+            tally.fault("camera.unplaced", self._camera.topic, used=True, height=f"{CAMERA_HEIGHT_M:g}")
         return known or Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, CAMERA_HEIGHT_M]))
 
 

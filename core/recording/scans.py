@@ -33,10 +33,7 @@ MIN_STANDING_SHARE, STANDING_M, BODY_M = 0.1, 0.03, 0.6  # of the beams that sta
 MIN_VARYING_M, MIN_STANDING_SCANS = 0.3, 20  # by which half of the others vary: the robot moves
 MAX_CONSTANT_SHARE = 0.5  # of the scans, all of whose beams are as long
 MAX_ECHO_SCANS, MIN_UNIQUE_SHARE = 8, 0.45  # within which a scan comes again; of a log that holds some twice
-MIN_REPEATED_SCANS, MAX_REPEATED_SHARE = (
-    30,
-    0.2,
-)  # of the scans of a log without odometry that are those before, to the last bit
+MIN_REPEATED_SCANS, MAX_REPEATED_SHARE = 30, 0.2  # of a log without odometry, that are those before to the last bit
 MAX_MIXED_SHARE = 0.5  # of a log, in which two robots' scans take turns
 MIN_KEPT_SHARE = 0.45  # of the scans that a log must have a time for
 DEFAULT_RANGE = 100.0  # [m] taken for range_max where a log does not give it

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { besideChapter, doingOf, shortestFirst } from "../../static/js/experiments/runs-model.js";
+import { besideChapter, doingOf, inSymbols, shortestFirst } from "../../static/js/experiments/runs-model.js";
 
 /** @param {string} name @param {number} base_s @param {number} run_s @param {number} runs */
 const one = (name, base_s, run_s, runs) => ({
@@ -35,4 +35,13 @@ test("what a run does is told by its own count and its own estimate, and what is
   assert.equal(doingOf("12 of 40 runs, 1.3 a second, 22 s to go"), "12 of 40 done, 22 s to go");
   assert.equal(doingOf("40 of 40 runs, 1.2 s each, 0 s to go"), "40 of 40 done");
   assert.equal(doingOf("Resumed: 3 of 40 runs were done."), "Resumed: 3 of 40 runs were done.");
+});
+
+test("the chapter's symbols are written as it prints them, other names as they are", () => {
+  assert.deepEqual(["f_u (pixels)", "v_0 (pixels)", "k1(r)", "success_u"].map(inSymbols), [
+    "fᵤ (pixels)",
+    "v₀ (pixels)",
+    "k1(r)",
+    "success_u",
+  ]);
 });

@@ -50,10 +50,8 @@ DISTORTIONS = (
 SIZES = ("image_size", "resolution", "img_size", "imageSize")
 MIN_SHRINK_RATIO = 1.45  # the picture's middle over the principal point, from which a picture was shrunk …
 MAX_ASPECT_RATIO = 1.45  # … by binning, where it is alike across and down, but for 4:3 and 16:9
-SWAPPED_OFF_SHARE, RIGHT_OFF_SHARE = (
-    0.1,
-    0.06,
-)  # of a side from the middle: of a size with its sides exchanged, or not
+MIN_SWAPPED_SHARE = 0.1  # of a side from the middle of which the principal point lies where the sides are exchanged …
+MAX_RIGHT_SHARE = 0.06  # … and of the other side, then
 MAX_SKEW_PX = 1e-3  # in a matrix that some programs print with the rest of a division
 CAMERA_NAME = "camera"
 
@@ -148,7 +146,7 @@ def parse_camera(text: str) -> CameraModel:
         document = _read_xml(begins)
     else:
         document = read_json(begins) if begins.startswith("{") else read_yaml(_first_document(text))
-    if len(several := sorted(name for name in document if re.fullmatch(r"cam\d+", name))) > 1:
+    if len(several := sorted(name for name in _names(document) if re.fullmatch(r"cam\d+", name))) > 1:
         raise BadInput(
             f"It holds {len(several)} cameras ({', '.join(several[:4])}); leave only the one that is meant"
         )
@@ -258,10 +256,15 @@ def _kalibr_matrix(document: dict[str, Any]) -> Any:
     return [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
 
 
+def _names(document: dict[Any, Any]) -> list[str]:
+    """The keys of a document that are texts: YAML has numbers and dates for keys, too."""
+    return [name for name in document if isinstance(name, str)]
+
+
 def _distortion(document: dict[str, Any]) -> Any:
     """The distortion's numbers; None where nothing in the file speaks of any. Raises BadInput."""
     terms, kind = _first(document, DISTORTIONS), _kind(document)
-    if terms is None and (kind not in ("", "none") or any(map(DISTORTION_KEY.match, document))):
+    if terms is None and (kind not in ("", "none") or any(map(DISTORTION_KEY.match, _names(document)))):
         raise BadInput(f"It holds no list {DISTORTIONS[0]}; write zeros there if the lens has no distortion")
     return terms
 
@@ -322,7 +325,7 @@ def _model(size: Any, matrix: Any, distortion: Any, kind: str) -> CameraModel:
     def off(wide: float, high: float) -> float:
         return max(abs(cx / wide - 0.5), abs(cy / high - 0.5))
 
-    if off(width, height) > SWAPPED_OFF_SHARE and off(height, width) < RIGHT_OFF_SHARE:
+    if off(width, height) > MIN_SWAPPED_SHARE and off(height, width) < MAX_RIGHT_SHARE:
         raise refusal("camera.swapped_size", width=int(width), height=int(height), seen=f"({cx:.0f}, {cy:.0f})")
     smaller = (width / (2 * cx), height / (2 * cy))
     if min(smaller) > MIN_SHRINK_RATIO and max(smaller) < MAX_ASPECT_RATIO * min(smaller):

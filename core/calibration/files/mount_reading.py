@@ -17,7 +17,7 @@ from core.geometry import Transform
 PUBLISHER = "static_transform_publisher"
 LASERS, CAMERAS = ("laser", "lidar", "scan"), ("cam", "optical")  # parts of the frames' names
 PAIRS = ((FORWARD, BACK), ("laser_from_camera", "camera_from_laser"))
-MIN_DOUBTED_COSINE = 0.7
+MIN_DOUBTED_COSINE = 0.7  # of the angle between two axes, from which on they count as alike
 LOOKS_UP = (
     "By this mount the camera looks up or down: it may be that of the camera's body, not of its optical frame "
     "(z ahead, x to the right)."

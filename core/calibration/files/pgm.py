@@ -25,10 +25,12 @@ def pgm_size(content: bytes) -> tuple[int, int, int] | None:
 
 def read_pgm(content: bytes) -> Array:
     """A PGM → (H, W) uint8, its brightest value 255. Raises HeadMismatch, and ValueError where it is cut or none."""
-    head, size = HEAD.match(content), pgm_size(content)
-    if head is None or size is None or not 0 < size[2] < 65536:
+    head = HEAD.match(content)
+    if head is None:
         raise ValueError("no PGM")
-    width, height, most = size
+    width, height, most = (int(number) for number in head.groups()[1:])
+    if not 0 < most < 65536:
+        raise ValueError("no PGM")
     rest = content[head.end() :]
     if head[1] == b"P5":
         kind = np.dtype(">u2" if most > 255 else np.uint8)

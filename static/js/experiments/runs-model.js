@@ -124,10 +124,13 @@ export function costOf({ base_s, run_s }, runs) {
   return seconds > 0 ? t("runs-model.about_inwords_of_one_processor", { inwords: inWords(seconds) }) : "";
 }
 
+/** A name with its symbols as the chapter prints them: f_u → fᵤ. @param {string} name */
+export const inSymbols = (name) => name.replace(/(?<=\b[a-z])_([uv0])\b/g, (_, below) => SUBSCRIPTS[below] ?? below);
+
 /** Write what a figure is of in the page's language, its symbols as the chapter prints them. @param {{name: string}} figure */
 function writeName(figure) {
   translate(figure, "name");
-  figure.name = figure.name.replace(/(?<=\b[a-z])_([uv0])\b/g, (_, below) => SUBSCRIPTS[below] ?? below);
+  figure.name = inSymbols(figure.name);
 }
 
 /** A figure with as many digits as it deserves. @param {number | null} value @param {string} unit */

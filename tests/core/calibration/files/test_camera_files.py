@@ -382,3 +382,10 @@ def test_a_mount_that_is_no_rigid_transform_is_refused(spoil: str) -> None:
         whole = whole[:3]
     with pytest.raises(BadInput):
         read_mount({} if spoil == "missing" else entry | {FORWARD: whole.tolist()})
+
+
+def test_keys_that_are_numbers_or_dates_are_passed_over() -> None:
+    text = "7: a\n2026-01-01: b\nimage_size: [640, 480]\nK: [[500, 0, 320], [0, 500, 240], [0, 0, 1]]\n"
+    assert parse_camera(text).fx == 500.0
+    with pytest.raises(BadInput, match="no camera"):
+        parse_camera("7: a\n")
