@@ -112,6 +112,16 @@ def test_a_key_held_through_stop_does_not_move_the_robot_until_it_is_pressed_ane
     here.page.keyboard.up("a")
 
 
+def test_a_3d_map_that_is_given_up_takes_neither_the_held_key_nor_the_reason(visit: Open, console: Running) -> None:
+    here = visit()
+    here.hold("d", lambda: console.turning() < -0.2, "the robot turns")
+    here.page.evaluate("dispatchEvent(new CustomEvent('page-busy'))")
+    expect(here.find("scene-view")).to_be_hidden()
+    here.page.keyboard.press("Escape")
+    expect(here.find(".drive-why")).to_contain_text("Let go")
+    here.page.keyboard.up("d")
+
+
 def test_the_stick_drives_while_it_is_held_even_outside_its_ring(visit: Open, console: Running) -> None:
     here = visit()
     ring = here.find(".stick").bounding_box()

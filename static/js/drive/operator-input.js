@@ -70,7 +70,7 @@ export class OperatorInput {
   listenTo(place) {
     place.addEventListener("keydown", (event) => this.#down(event), true);
     place.addEventListener("keyup", (event) => this.#up(event), true);
-    place.addEventListener("pagehide", () => this.letGo(), true);
+    place.addEventListener("pagehide", () => hasKeys(place) && this.letGo(), true);
     place.addEventListener("blur", ({ target }) => this.letGo(target === window), true);
     place.addEventListener("contextmenu", ({ target }) => opensMenu(target) && this.letGo(), true);
   }
@@ -161,6 +161,9 @@ export class OperatorInput {
     this.drive.keys(this.#held.velocity, performance.now());
   }
 }
+
+/** False for a scene frame that goes while the page has the focus: its keys are seen as before. @param {Window} place */
+const hasKeys = (place) => place === window || place.document.hasFocus();
 
 /** False on the stick, which opens no menu: a thumb held still asks for one. @param {EventTarget | null} target */
 const opensMenu = (target) => !(target instanceof Element && target.closest(".stick"));
