@@ -1,7 +1,5 @@
 """Options that can be followed, and what follows from them."""
 
-from __future__ import annotations
-
 import contextlib
 import ipaddress
 import socket

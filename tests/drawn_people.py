@@ -1,7 +1,5 @@
 """Pictures of simulated rooms with people and things set down at random, and who stands where in them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ console-light.webp (someone calls, flat map), camera.webp, phone.webp, calibrati
 and OpenCV 4.11 or newer for the film.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import tempfile

@@ -1,7 +1,5 @@
 """A practice room for the laser: an assistant holds the board before both sensors, among walls and furniture."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sound files of every form that is read, as strangers' programs write them."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The rules of the house, checked: imports, types, style, and words that give away a careless text."""
 
-from __future__ import annotations
-
 import ast
 import os
 import re

@@ -1,7 +1,5 @@
 """The documentation: its links lead somewhere, its commands are commands, its reference is that of the code."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import tomllib

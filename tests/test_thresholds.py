@@ -1,7 +1,5 @@
 """The page of thresholds: what is reported on the data it was chosen on is said, and no section is left out."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from importlib.util import find_spec

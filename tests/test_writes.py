@@ -1,7 +1,5 @@
 """Whatever is kept is written by `core.files`: whole or not at all, and safe on the disk."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The descriptions of the HTTP interface and of the sockets' messages, and the reference page of Help."""
 
-from __future__ import annotations
-
 import asyncio
 import inspect
 import json

@@ -8,8 +8,6 @@ other sentences, in turn a tenth slower and faster; `--drawn SEED` draws numbers
 sentence are the same: `--times N` speaks all of them N times.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

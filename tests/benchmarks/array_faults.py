@@ -7,8 +7,6 @@ direction at all. `before` is what the estimate said without asking whether the 
 the misfit up to which a direction is sure is chosen on all arrays but one, and measured on that one.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import json

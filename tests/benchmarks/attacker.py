@@ -5,8 +5,6 @@ trickles, bad `sockets` that send frames before they are let in. With a viewer's
 messages, messages that keep `within` the size of one, empty `pings`.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json

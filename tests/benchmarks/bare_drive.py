@@ -1,7 +1,5 @@
 """A simulated robot behind its gate that obeys one command by its wheels' word alone: no map, much faster."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -5,8 +5,6 @@ ROS's calibrator in the same simulation, and pictures that no single camera make
 wrong without a word. The figures go to reports/calibration_camera.json.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

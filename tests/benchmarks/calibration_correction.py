@@ -4,8 +4,6 @@ The inverse model a1..a8 and the exact way over every pixel of the picture of Ta
 beside, and the time of each. The figures go to reports/calibration_correction.json.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import time

@@ -5,8 +5,6 @@ to plane with perfect knowledge of the beams, beside ours on the same data. The 
 reports/calibration_laser.json.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

@@ -5,8 +5,6 @@ covered, clutter, and people-like shapes. Noise pictures stand for hostile ones.
 thread, so that neighbours on the machine do not count. The figures go to reports/calibration_live.json.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

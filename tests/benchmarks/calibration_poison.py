@@ -5,8 +5,6 @@ tests/real_data/poison.py; OpenCV's plain solve stands beside. The same with cor
 pixels pulled away. The figures go to reports/calibration_poison.json.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

@@ -8,8 +8,6 @@ stands 0.5 ± 0.1 m from who called. With `--plain` there is neither. The words 
 read, with the same voices). Every run prints a row.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

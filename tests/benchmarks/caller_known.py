@@ -5,8 +5,6 @@ calls is known to a centimetre from the first frame, which no robot has: whateve
 however early, comes after it. Every drive prints the laser's mean error, that with this knowledge, and NEES.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 

@@ -7,8 +7,6 @@ process, which its nanny starts again, then the other's whole computer, nanny an
 SIGKILLed in the middle and goes on with `--resume`.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json

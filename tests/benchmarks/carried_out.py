@@ -1,7 +1,5 @@
 """Runs of a benchmark by number, on several processes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

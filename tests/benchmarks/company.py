@@ -7,8 +7,6 @@ Cross: the same while someone else walks through between. Hidden: a board stands
 stranger: the person who was taught is chosen of two (and the other one is not).
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import json

@@ -6,8 +6,6 @@ Then each file is read and everything is estimated again. Printed as JSON: finge
 covariances, of all maps, edges and directions, as they were then and as they are now.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import hashlib

@@ -6,8 +6,6 @@ does not wait for them. Beside the 99th percentile of the delay from a request t
 byte between two threads of the driver's process in the same run. The table is Markdown.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

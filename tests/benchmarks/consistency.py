@@ -6,8 +6,6 @@ draws the same. NEES of the pose, as the filter's own covariance measures errors
 paper's form is the plain EKF.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

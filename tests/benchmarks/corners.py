@@ -5,8 +5,6 @@ from all over the laboratory, furniture included: there a corner is true where t
 near. NEES(2) of the found corners by the covariance that the corner tells; ideal 2.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

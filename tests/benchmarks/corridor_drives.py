@@ -7,8 +7,6 @@ odometry errs by white noise, which its covariance states, and by a constant rat
 not.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from itertools import pairwise

@@ -9,8 +9,6 @@ start). Landmarks beside those that were sighted three times or more. NEES of th
 found with other seeds. `--plans`: random storeys with corners found in scans (`plan_drives`) instead of corridors.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import subprocess

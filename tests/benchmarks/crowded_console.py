@@ -7,8 +7,6 @@ Printed: what moved while nobody drove, who did not come back within 20 s, and h
 said.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import random

@@ -6,8 +6,6 @@ it, which they have no use for, or else the whole sound. With the flat array the
 with the tetrahedron 2,000 directions of the sphere, as their documentation shows.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

@@ -5,8 +5,6 @@ are typed, nobody is in the room, and its ears are open beside its own motors. T
 how many utterances its own noise was taken for, and how often for a STOP or for another command, in an hour of it.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

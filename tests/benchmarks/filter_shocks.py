@@ -7,8 +7,6 @@ pushed unnoticed. "Back" is when the pose error stays under 3 sigma for the rest
 but the share of instants that a consistent filter has too); then, how far any landmark moved that was known before.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -5,8 +5,6 @@ press *turn left* and then click on the floor; both must be done. Calls: in the 
 someone in the simulated room says a command; it must be obeyed, though the recognizer is just starting.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import multiprocessing

@@ -6,8 +6,6 @@ wire. Whole consoles on the simulated robot join, too; they drive to places whil
 processor, memory and bytes; seconds until the page is right; STOP ALL from the press to each gate's zero.
 """
 
-from __future__ import annotations
-
 import argparse
 import asyncio
 import contextlib

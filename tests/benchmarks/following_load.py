@@ -6,8 +6,6 @@ worker's the networks), and the p99 of the pilot's step, standing, turning and f
 reports/following_load.json.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json

@@ -5,8 +5,6 @@ the processes that read words are stopped before and go on ten seconds later. A 
 that moves. First the same is said without the freeze, to see that it would move the robot.
 """
 
-from __future__ import annotations
-
 import argparse
 import base64
 import contextlib

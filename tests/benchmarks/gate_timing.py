@@ -7,8 +7,6 @@ that change all the time, so that every tick leaves a row. Everything is measure
 figures go to reports/gate_timing.json.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import itertools

@@ -5,8 +5,6 @@ The same decoder reads the same synthetic sentences with one and the other in tu
 processor time, and whether the words were the same.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

@@ -5,8 +5,6 @@ after the halt was sent (or after its answer), and looks whether the next start 
 answer promises nothing.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json

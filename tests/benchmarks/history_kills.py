@@ -4,8 +4,6 @@ A console on the simulator gets commands by REST as fast as it answers; after a 
 processes get SIGKILL. A row is lost when its command was answered and is not in the history of the next console.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import http.client

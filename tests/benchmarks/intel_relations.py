@@ -7,8 +7,6 @@ can. The few relations from scan to scan judge the map alone, so that they are t
 `python -m tests.benchmarks.intel_relations [--picture FILE]`
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

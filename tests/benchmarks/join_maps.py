@@ -5,8 +5,6 @@ of them; wheels bend both. How far landmarks lie from the corners of the floor p
 one merely laid on the older one (before), and of the joined one (after).
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

@@ -10,8 +10,6 @@ Right: within 0.3 m and 5 degrees. Everything else that is believed is wrong, al
 The figures go to reports/kidnap.json.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -5,8 +5,6 @@ measured once (its nearest neighbour where identities are hidden), and what is a
 gates by a fifth, to show that nothing hangs on their exact values.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from dataclasses import replace

@@ -12,8 +12,6 @@ these robots on sockets and the gate in this process: 216 drives of 7 s, the las
 odometry and all, by clocks that count from their start. `--part 2/4`: a quarter of them.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import json

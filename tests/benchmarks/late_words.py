@@ -4,8 +4,6 @@ Each story is nine seconds of people who speak at two ears, write, type, stop, d
 close pages, while the reader of words is slow or frozen. Time is only counted; see `tests.stories.words_in_time`.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import time

@@ -10,8 +10,6 @@ right, refused, stopped, wrong, and how many wrong ones move without being said 
 `--into FILE` keeps every search as it is ready, and goes on with those that it holds.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import json

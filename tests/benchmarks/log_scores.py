@@ -4,8 +4,6 @@ The filter never sees any of it: the truth is read here, for scoring alone. The 
 filter; the truth's first pose carries its path over.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 from itertools import islice

@@ -6,8 +6,6 @@ scan goes through the pilot itself, as in `beckon slam`. Told is the processor t
 that grows and a way that goes on, it should stay as it began.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -4,8 +4,6 @@ Unlike the time until an answer this hardly depends on what else the machine doe
 each attack of `attacker` in one of its own.
 """
 
-from __future__ import annotations
-
 import asyncio.events
 import contextlib
 import gc

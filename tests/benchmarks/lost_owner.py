@@ -5,8 +5,6 @@ by REST is gone. The time runs from that moment to the gate's last motion, both 
 robot's gate has that of the simulator.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json

@@ -7,8 +7,6 @@ are read 40 times a second, as the console does with the robot that it drives: o
 figures are printed as JSON.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import multiprocessing

@@ -5,8 +5,6 @@ sending stands in the message's stamp. Of pictures only the newest is handed on,
 out before the driver has them; these are counted by themselves.
 """
 
-from __future__ import annotations
-
 import json
 import struct
 import sys

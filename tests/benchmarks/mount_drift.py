@@ -6,8 +6,6 @@ it really sits. False alarms are counted over all tours without any fault; then 
 turns and shifts, and by how much the estimate errs at the end.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import json

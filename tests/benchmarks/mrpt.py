@@ -4,8 +4,6 @@ Version 2.5.8 was measured. A rawlog is a gzip'ed row of objects: length of the 
 the name, the version of its layout, its fields in little-endian order, and an end mark.
 """
 
-from __future__ import annotations
-
 import gzip
 import math
 import re

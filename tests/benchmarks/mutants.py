@@ -4,8 +4,6 @@ Every mutant is one changed line in a copy of the sources; it is killed by a tes
 after, green without. With words, only mutants whose name holds one of them.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

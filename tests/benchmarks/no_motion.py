@@ -6,8 +6,6 @@ comes, or a second console comes while the first one stands. Told: how far the r
 a radian counts as one; it has to be 0. The client of the first console goes on with its signs of life all the time.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import os

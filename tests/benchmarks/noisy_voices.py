@@ -8,8 +8,6 @@ goes through the endpointer. Told: right, refused, stopped, and every wrong moti
 time.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

@@ -8,8 +8,6 @@ Goals: the whole robot with its map in `sim:lab` and `sim:floor` goes to random 
 set down on its way, 0.5 m ahead. Told: how the goals ended, contacts, the way they took, turns to and fro.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import json

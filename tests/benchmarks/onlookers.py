@@ -3,8 +3,6 @@
 That many sockets read everything, one more reads nothing, and one 1 kB a second.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import socket

@@ -3,8 +3,6 @@
 python -m tests.benchmarks.operator_hand PORT [PORT OF A LINK TO IT [KEY]]
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json

@@ -6,8 +6,6 @@ likeliest under a normal prior), or by how much the bounds have to give way for 
 (1 nat at most). The offsets are added to the scores of the other sentences of that speaker, which took no part.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections import Counter

@@ -7,8 +7,6 @@ looking, with a viewer and while driving, and the memory of all processes at res
 shows the flat map.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

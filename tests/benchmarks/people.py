@@ -9,8 +9,6 @@ Then, of pictures with two people of whom one was taught at another place in oth
 where the voice may be either's, and found, or rightly refused, where it is the one's or the other's.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -11,8 +11,6 @@ pictures without anybody are drawn at random. Partial views are those of views.t
 same; `--peer` names an interpreter with OpenCV 4, whose HOG people detector looks at whole pictures.
 """
 
-from __future__ import annotations
-
 import argparse
 import csv
 import json

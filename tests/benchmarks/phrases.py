@@ -10,8 +10,6 @@ one) by four of them each. Words that stop stand beside clauses of the documenta
 confidence in them. `--spoken N` takes every Nth spoken phrase; 0: none. Every wrong motion is listed.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import json

@@ -7,8 +7,6 @@ the corners of the walls. Each condition with and without the preparation that t
 pictures are the same. Last, the processor time of judging and of finding.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -12,8 +12,6 @@ talk of speech_real in FOLDER, with the names and without them. `--room`: instea
 simulator's room as the robot hears it, by its array of four 2 m away (RT60 0.3 s, which the simulator has).
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import re

@@ -6,8 +6,6 @@ of the filter, or becomes one; the third sighting makes a place a landmark, and 
 Nothing is merged, weighed or revised.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

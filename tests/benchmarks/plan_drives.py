@@ -4,8 +4,6 @@ The storeys of `long_log`, smaller; what is sighted are the corners found in sim
 the finder states. A sighting is of the corner of the plan that it truly lies at; of none where there is none.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import islice
 

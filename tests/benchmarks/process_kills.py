@@ -7,8 +7,6 @@ is up again [s], the next console's start included; and commands that were answe
 A console at rest has no recorder for its first 20 s, or until 5 s after the first motion: none is waited for there.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json

@@ -6,8 +6,6 @@ all forms, and live pieces of any size. A refusal is a sentence (BeckonError); a
 warnings included, is a crash. Told: how many sounds each entrance took, and how many it refused.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

@@ -5,8 +5,6 @@ scored against the emulator's truth, and where there are microphones COME HERE b
 itself beside them under the same bounds. The machine's load stands in every line: sessions are real time.
 """
 
-from __future__ import annotations
-
 import argparse
 import csv
 import io

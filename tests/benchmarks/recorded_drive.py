@@ -7,8 +7,6 @@ mcap-ros2-support and evo, `--node` a folder with @mcap/core, @foxglove/rosmsg, 
 fzstd; readers that are not given are left out.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import itertools

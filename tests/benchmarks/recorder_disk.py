@@ -5,8 +5,6 @@ people were told, whether the robot is driven all the same, what of the recordin
 every traceback in the log.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

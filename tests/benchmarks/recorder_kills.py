@@ -5,8 +5,6 @@ recovered, and all that was written more than a second before has to be in it. T
 while it records; its recorder finishes the file, or the next start recovers it. Printed as JSON.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json

@@ -6,8 +6,6 @@ the same form (0.03 m at least), or a sentence; wrong is what has neither. With 
 shared/data/strangers are judged instead, against the truth beside them.
 """
 
-from __future__ import annotations
-
 import argparse
 import gzip
 import io

@@ -6,8 +6,6 @@ what was said of what was left out; of one that cannot be played the sentence th
 until its first whole picture has come, and it is played at 20 times real time. Printed as JSON.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import random

@@ -5,8 +5,6 @@ JSON: of each recording that is kept its cause, the seconds in it before what ca
 recorder's share of a core while the robot rests.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile

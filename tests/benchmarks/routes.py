@@ -12,8 +12,6 @@ after it; a table at the end has those first that did not end as the how-to on r
 is put into the zone to keep out of and against a wall: a check that does not see that ends the benchmark.
 """
 
-from __future__ import annotations
-
 import argparse
 import io
 import json

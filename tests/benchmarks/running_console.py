@@ -1,7 +1,5 @@
 """The console in a process of its own, for measurements from outside."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

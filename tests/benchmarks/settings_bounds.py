@@ -4,8 +4,6 @@ No setting may stop Beckon: the part that a section belongs to runs for a few se
 the others at their defaults. It must end without a traceback, and not much slower than with the defaults.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import sys

@@ -6,8 +6,6 @@ reader tells. Error: RMS of the position at the times of sightings, after the ri
 MRPT. Real time: how many times faster than the log was recorded.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

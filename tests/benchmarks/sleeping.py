@@ -4,8 +4,6 @@ Nothing is really suspended: every process of a console is stopped for some seco
 from CLOCK_MONOTONIC, as the kernel does in sleep, while CLOCK_BOOTTIME runs on. A C compiler is needed.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json

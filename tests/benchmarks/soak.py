@@ -8,8 +8,6 @@ notice with how often it came, how orders ended and with which remarks, answers 
 memory of every process, each minute.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json

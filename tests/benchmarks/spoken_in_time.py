@@ -5,8 +5,6 @@ in the sound: when they are known, when the wheels move, what was read, and whic
 all that the machine is busy with beside.
 """
 
-from __future__ import annotations
-
 import argparse
 import base64
 import json

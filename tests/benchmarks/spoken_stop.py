@@ -7,8 +7,6 @@ two levels of the room's noise. Told: how often it was heard, and from the last 
 rest how long it took and how far the robot went.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import json

@@ -4,8 +4,6 @@
 dispatcher, lease, words, halts and routes together.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

@@ -4,8 +4,6 @@ The parts are those of a console that runs; only time is another one: `time.mono
 Nobody looks at the 3-D scene; the robot has a small laser (341 beams, 5 Hz) and 20 frames a second.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import functools

@@ -6,8 +6,6 @@ pauses, end of the utterance), and the time from the last phoneme of "stop" to t
 as if one core were free. `--data FOLDER` adds false STOPs in an hour of talk (speech_real).
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

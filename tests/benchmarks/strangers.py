@@ -9,8 +9,6 @@ operator comes before the strangers on the cores that all share, as on a compute
 is how long the operator's own program waits for a core (p99 40 ms beside four strangers, where this is 12 ms).
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import http.client

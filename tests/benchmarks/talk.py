@@ -6,8 +6,6 @@ through the whole chain (spotter, endpointer, recognizer) as sound of a room doe
 that would have been obeyed, and every STOP.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

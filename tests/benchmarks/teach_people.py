@@ -5,8 +5,6 @@ people set down at random; each part is a logistic regression, taught again on w
 The same seed gives the same numbers.
 """
 
-from __future__ import annotations
-
 import argparse
 import logging
 import math

@@ -1,7 +1,5 @@
 """The gate's times held to their bounds: `pytest -m campaign`."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.benchmarks.gate_timing import BOUNDS_MS, campaign, quantile, report, table

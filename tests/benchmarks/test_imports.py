@@ -1,7 +1,5 @@
 """Every benchmark can still be started: what it imports is there."""
 
-from __future__ import annotations
-
 import importlib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A slice of the table of late scans: nothing is touched, whatever the scans say of their time."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.benchmarks.late_scans import DRIVERS, LIES, OTHER_ROBOT_TOPICS, WIRES_SHARED, drive, drive_wires

@@ -8,8 +8,6 @@ its stamps shifted, over that of the same drive with right stamps, from start to
 `--console`: the same through wires and a running console, as the page Connect shows it after one turn to either side.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import math

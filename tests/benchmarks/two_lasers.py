@@ -4,8 +4,6 @@ A simulated robot turns to the left, goes half a metre, turns to the right and g
 its pose at the end, the worst on the way, and whether the commands were done.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 import sys

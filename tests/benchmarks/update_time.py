@@ -7,8 +7,6 @@ ways, with the same sightings unnamed, where it is installed. Processor time for
 time from one of its answers to the next, told by itself to 0.1 ms: so let nothing else run.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

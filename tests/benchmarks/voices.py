@@ -14,8 +14,6 @@ clips and on `tests.benchmarks.accents`, and tried on other sentences, paces and
 were chosen on speech_commands_tts and speech_real (`tests.benchmarks.words`).
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

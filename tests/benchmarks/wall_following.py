@@ -6,8 +6,6 @@ Printed: root mean square and 95 % of the distance's error on straight walls, th
 contacts, what the trace checker says, and the seconds a lap takes. Laps are independent: run parts by seed.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -1,7 +1,5 @@
 """Listening to clips and judging what came of it: right, wrong or refused."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Commands as an array hears them: two metres away, in noise and in rooms, always the same for the same seed."""
 
-from __future__ import annotations
-
 import csv
 import math
 from collections.abc import Iterator

@@ -5,8 +5,6 @@ grammar), `near` (synthetic commands and near misses), `numbers` (real digits), 
 noise and rooms: one microphone and the array), `stop` (delays). Sound goes through the endpoints, 20 ms at a time.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -1,7 +1,5 @@
 """A real console, a real Chromium, and pages that complain about nothing."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable, Iterator

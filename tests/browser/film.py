@@ -1,7 +1,5 @@
 """What a browser's camera sees in a test: a practice board, shown in several poses, as a film that begins anew."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

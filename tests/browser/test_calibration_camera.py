@@ -1,7 +1,5 @@
 """The camera's wizard from the empty form to the calibration in use, with a film instead of this browser's camera."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The laser's wizard on the simulated robot: the demo shows how, the page follows, the truth is near."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

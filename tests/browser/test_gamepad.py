@@ -1,7 +1,5 @@
 """A gamepad in the page: what it drives, and everything that must make the robot stand."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator
 

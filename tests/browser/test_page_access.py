@@ -1,7 +1,5 @@
 """Every page in both themes by axe-core: no violation of any impact; what is pressed is 24 px; 400 % zoom reflows."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The robot answers aloud in the browser, and the pages about its ears open without a complaint."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The legend tells the truth: its colours are the scene's."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The Connect page against an emulated ROS robot: topics are chosen, looked at again, and written to a robot file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The fleet's page in a browser: robots and their order, STOP ALL and Halt all, one map, and a map taken over."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 

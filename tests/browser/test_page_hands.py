@@ -1,7 +1,5 @@
 """Driving by hand: what moves the simulated robot, and everything that must make it stand."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Iterator

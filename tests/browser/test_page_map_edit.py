@@ -1,7 +1,5 @@
 """The map is edited on the page by mouse, finger and keys, and each edit is taken back; maps of Nav2 are taken in."""
 
-from __future__ import annotations
-
 import io
 import re
 import zipfile

@@ -1,7 +1,5 @@
 """The first minute of a stranger, with the mouse alone: someone in the room calls, and the robot comes."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Iterator

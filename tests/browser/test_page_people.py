@@ -1,7 +1,5 @@
 """Teaching the robot who someone is, on the page: the simulated person shows how it goes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import pytest

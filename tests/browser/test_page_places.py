@@ -1,7 +1,5 @@
 """Places and zones on the page: remembered where the robot is, named and drawn on the map, gone to, removed."""
 
-from __future__ import annotations
-
 import os
 import re
 import urllib.parse

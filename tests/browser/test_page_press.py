@@ -1,7 +1,5 @@
 """A press counts where it began: what arrives between pressing and letting go takes no click away."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

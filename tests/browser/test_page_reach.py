@@ -1,7 +1,5 @@
 """STOP in reach at every size and over everything, the page by keys alone, themes, signing in, a recording."""
 
-from __future__ import annotations
-
 import re
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A recording on the page: it waits, is played and sought by keys, and its marks lead to their places."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator
 

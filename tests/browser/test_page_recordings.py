@@ -1,7 +1,5 @@
 """Recordings are made, listed and played; another robot is opened at the same address on the Connect page."""
 
-from __future__ import annotations
-
 import re
 import urllib.error
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """The page with its 3-D map: the README's picture after a short tour of the laboratory, and a map that is clicked."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path

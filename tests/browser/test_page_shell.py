@@ -1,7 +1,5 @@
 """One shell: pages change without loading, STOP and link stay, map and camera are docked; settings, experiments."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """A link for someone else, made and revoked on the page."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import pytest

@@ -1,7 +1,5 @@
 """How the mapping fares, the maps that are kept, and "I am here", on the page."""
 
-from __future__ import annotations
-
 import json
 import math
 import urllib.error

@@ -1,7 +1,5 @@
 """Push to talk with a person's digit: words so far while the button is held, and what was refused is said back."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Callable

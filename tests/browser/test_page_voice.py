@@ -1,7 +1,5 @@
 """Speaking to the robot: a browser with a recording instead of a microphone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Telling the robot: the line, the buttons, the history, the first hints."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """`beckon speech-quality --live --browser`: Chromium plays the sentences, and a file stands in for its microphone."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """One person at one page: how it is opened, what is done on it, and what it complains about."""
 
-from __future__ import annotations
-
 import re
 import time
 from collections.abc import Callable

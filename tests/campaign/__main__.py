@@ -5,8 +5,6 @@ A class holds those below it: `seconds` are tests of the suite, `minutes` strike
 Ends with 1 where a figure is worse than the published one, or fails for the first time.
 """
 
-from __future__ import annotations
-
 import argparse
 import datetime
 import json

@@ -1,7 +1,5 @@
 """A figure of a row, and the two kinds of checks that make some: tests of the suite, and measurements."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tempfile

@@ -1,7 +1,5 @@
 """The measurements of the campaign, each made of the benchmark that knows how."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import json

@@ -1,7 +1,5 @@
 """The published figures: `published.json` beside this file, and the page of the documentation made of it."""
 
-from __future__ import annotations
-
 import json
 import platform
 from importlib.metadata import version

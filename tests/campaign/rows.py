@@ -1,7 +1,5 @@
 """The sixty rows of the campaign: fault, goal, and the checks that hold it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from tests.campaign import measurements as measure

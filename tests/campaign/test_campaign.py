@@ -1,7 +1,5 @@
 """The campaign's table: every row is there, every test that it names exists, and its page is that of its figures."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 It says its processes' numbers as JSON, then "driving" as soon as the robot moves, and goes on for ever.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import time

@@ -3,8 +3,6 @@
 It says its processes' numbers as JSON, waits for a line, halts, waits as POST /api/halt does, and says the answer.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import sys

@@ -5,8 +5,6 @@ trips nothing here and no turn goes too far. How gate, driver and console fare i
 processes.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable

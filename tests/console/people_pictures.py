@@ -1,7 +1,5 @@
 """A room as a webcam sees it: empty, and with someone in it who does this or that."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

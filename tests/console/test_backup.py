@@ -1,7 +1,5 @@
 """A data folder as one file and back: whole or not at all, also while a console writes."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import io

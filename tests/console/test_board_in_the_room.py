@@ -1,7 +1,5 @@
 """The chessboard over HTTP."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

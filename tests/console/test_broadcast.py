@@ -1,7 +1,5 @@
 """The newest wins; nobody waits for anybody."""
 
-from __future__ import annotations
-
 import asyncio
 
 from console.broadcast import MAX_ANSWERS, Broadcaster, Subscriber

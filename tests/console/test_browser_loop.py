@@ -1,7 +1,5 @@
 """The page of `beckon speech-quality --live --browser`, as its small server gives it."""
 
-from __future__ import annotations
-
 import re
 import urllib.error
 import urllib.request

@@ -1,7 +1,5 @@
 """`beckon calibrate array`: recordings from known sides give the array's turn, or a sentence."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`beckon calibrate` and `beckon correct`: what they answer, what they leave, and sentences instead of tracebacks."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

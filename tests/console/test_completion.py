@@ -1,7 +1,5 @@
 """`beckon completion`: scripts that shells accept and that complete what the command line knows."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

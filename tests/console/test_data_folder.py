@@ -1,7 +1,5 @@
 """The data folder: refused at start where nothing can be kept, told while nothing can be kept, closed to others."""
 
-from __future__ import annotations
-
 import asyncio
 import sqlite3
 import stat

@@ -1,7 +1,5 @@
 """What the doctor says of what is missing and of what failed."""
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """The requests that the how-tos of maps, places and routes print, sent as they stand there."""
 
-from __future__ import annotations
-
 import io
 import re
 import shlex

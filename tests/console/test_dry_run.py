@@ -1,7 +1,5 @@
 """A film instead of a webcam behind the console: COME HERE and FOLLOW ME show what a robot would do."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

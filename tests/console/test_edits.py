@@ -1,7 +1,5 @@
 """Map editing over REST: what is edited stays so, also after a restart, and is taken back to the bit."""
 
-from __future__ import annotations
-
 import io
 import math
 import zipfile

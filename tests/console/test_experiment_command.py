@@ -1,7 +1,5 @@
 """`beckon experiment`: tables and figures anew, from a seed."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """One console per data folder."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

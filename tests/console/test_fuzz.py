@@ -1,7 +1,5 @@
 """Thousands of hostile messages: no 5xx, no exit, no unexplained end of a socket, flat memory."""
 
-from __future__ import annotations
-
 import http.client
 import json
 import random

@@ -1,7 +1,5 @@
 """A halt that was answered outlives the death of everything; the campaign is `tests.benchmarks.halt_kills`."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

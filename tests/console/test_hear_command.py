@@ -1,7 +1,5 @@
 """`beckon hear`: directions and words of files, and a sentence for whatever is missing or wrong."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import math

@@ -1,7 +1,5 @@
 """What the robot's own ears put into the history of what voices in the room said."""
 
-from __future__ import annotations
-
 import asyncio
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The time until the console's address is shown is mostly that of its imports: what may be among them."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The command `beckon` where another package or folder is called as one of Beckon's own."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """`beckon listen`, and a console that obeys what it writes: two programs joined by a folder (paper 4.2)."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 import time

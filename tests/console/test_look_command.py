@@ -1,7 +1,5 @@
 """`beckon look`: people in picture files, questions from a file, and a sentence for every bad one."""
 
-from __future__ import annotations
-
 import json
 import time
 from pathlib import Path

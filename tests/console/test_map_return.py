@@ -1,7 +1,5 @@
 """A map that was saved by one console is gone on in by the next, and by another robot of the site."""
 
-from __future__ import annotations
-
 import io
 import json
 import zipfile

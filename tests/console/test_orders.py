@@ -1,7 +1,5 @@
 """Orders through the one dispatcher, over REST, with the real gate and the real pilot behind it."""
 
-from __future__ import annotations
-
 import io
 import json
 import math

@@ -1,7 +1,5 @@
 """`--out`: looked at before the work, and filled run by run."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,7 +1,5 @@
 """What the console says in English alone, the page says in its language: `static/i18n/<language>.console.json`."""
 
-from __future__ import annotations
-
 import ast
 import json
 import re

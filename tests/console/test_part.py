@@ -1,7 +1,5 @@
 """Parts: what the runtime does with every capability, whichever it is."""
 
-from __future__ import annotations
-
 import asyncio
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Teaching the robot who someone is, by pictures from anywhere, and to whom alone it comes."""
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Iterator

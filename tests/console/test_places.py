@@ -1,7 +1,5 @@
 """Named places over REST: made, moved, renamed, gone to; they lie with their map and survive the console."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

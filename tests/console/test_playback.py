@@ -1,7 +1,5 @@
 """A real recording behind the console: played, paused, sought, and never driven."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Who of the console's processes runs before other programs."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import sys

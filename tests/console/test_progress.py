@@ -1,7 +1,5 @@
 """The progress of a command: nothing at first, a bar on a terminal, a line now and then elsewhere."""
 
-from __future__ import annotations
-
 import io
 import re
 

@@ -1,7 +1,5 @@
 """Every command refuses in one way: a sentence on standard error and, with `--json`, one object with its code."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Iterator

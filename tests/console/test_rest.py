@@ -1,7 +1,5 @@
 """A robot that stands and has nothing to do is shown less often."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

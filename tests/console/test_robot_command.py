@@ -1,7 +1,5 @@
 """`beckon robots` and `beckon robot`: the table, the checks, a driver to begin with."""
 
-from __future__ import annotations
-
 import io
 import json
 import os

@@ -1,7 +1,5 @@
 """Routes over REST, on the simulated robot: stops in their order, and a stated end for all that goes wrong."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import math

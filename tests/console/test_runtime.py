@@ -1,7 +1,5 @@
 """What the console does when a part of it fails."""
 
-from __future__ import annotations
-
 import threading
 import time
 from pathlib import Path

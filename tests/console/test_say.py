@@ -1,7 +1,5 @@
 """A voice in the simulated room, from the request to the words that are shown."""
 
-from __future__ import annotations
-
 import base64
 import importlib.util
 import math

@@ -1,7 +1,5 @@
 """The console as a person starts and ends it."""
 
-from __future__ import annotations
-
 import contextlib
 import http.client
 import json

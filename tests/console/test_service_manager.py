@@ -1,7 +1,5 @@
 """Word to the service manager, log lines as JSON, and the files that come with the documentation."""
 
-from __future__ import annotations
-
 import asyncio
 import configparser
 import json

@@ -1,7 +1,5 @@
 """`beckon settings` prints what the declarations say: for people, as JSON, and as a schema for editors."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The map's part of the HTTP interface: closures, "I am here", saved maps, and what can be taken along."""
 
-from __future__ import annotations
-
 import io
 import json
 import time

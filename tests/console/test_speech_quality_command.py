@@ -1,7 +1,5 @@
 """`beckon speech-quality`: figures, a page, and sentences for what is missing."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

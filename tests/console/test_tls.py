@@ -1,7 +1,5 @@
 """The console by HTTPS, so that a phone's browser gives it the microphone."""
 
-from __future__ import annotations
-
 import http.client
 import shutil
 import ssl

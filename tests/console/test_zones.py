@@ -1,7 +1,5 @@
 """Zones over REST: the way leads round them, a goal in one is refused by its name, slow ones reach the gate."""
 
-from __future__ import annotations
-
 import io
 import itertools
 import math

@@ -1,7 +1,5 @@
 """The tiny robot in its process, as a console has it."""
 
-from __future__ import annotations
-
 from console.robot.supervisor import RobotSupervisor
 from tests.console import tiny_robot
 

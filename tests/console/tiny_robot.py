@@ -4,8 +4,6 @@
 `tiny:refuse` cannot be opened, `tiny:break` breaks while opening, `tiny:slow` needs long to open.
 """
 
-from __future__ import annotations
-
 import os
 import time
 from typing import Any, cast

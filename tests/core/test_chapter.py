@@ -1,7 +1,5 @@
 """The chapter's own forms by one switch."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

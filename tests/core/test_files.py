@@ -1,7 +1,5 @@
 """Files that must last: whole or not at all, on the disk before it is said, and a disk that refuses is told."""
 
-from __future__ import annotations
-
 import errno
 import os
 import stat

@@ -1,7 +1,5 @@
 """Models: fetched whole and checked, found without running code, removed; a sentence for everything that fails."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import subprocess

@@ -1,7 +1,5 @@
 """Every sentence that an operator commonly sees has a code, and the catalogue has no sentence that nobody says."""
 
-from __future__ import annotations
-
 import ast
 import json
 import pickle

@@ -1,7 +1,5 @@
 """A setting's declaration is all there is to know about it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 

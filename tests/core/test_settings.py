@@ -1,7 +1,5 @@
 """Settings: a TOML file changes some of them, and every fault in it is a sentence."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Serve an emulator until Ctrl+C."""
 
-from __future__ import annotations
-
 import time
 from typing import Protocol
 

@@ -1,7 +1,5 @@
 """A camera on the network: motion JPEG over HTTP, as IP cameras and mjpg-streamer send it."""
 
-from __future__ import annotations
-
 import contextlib
 
 import cv2

@@ -3,8 +3,6 @@
 `python -m tests.emulators.foxglove --port 8765`, then `beckon run --robot foxglove://127.0.0.1:8765`.
 """
 
-from __future__ import annotations
-
 import argparse
 import threading
 import time

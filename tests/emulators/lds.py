@@ -1,7 +1,5 @@
 """Turning lidars: LDROBOT LD19, SLAMTEC RPLidar A1 and YDLIDAR X4, on a pseudo-terminal or a TCP port."""
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import math

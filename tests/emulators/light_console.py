@@ -1,7 +1,5 @@
 """A console without page and pilot: one recorded frame, the real gate, and the part that joins a fleet."""
 
-from __future__ import annotations
-
 import asyncio
 import itertools
 import threading

@@ -4,8 +4,6 @@ The driver runs unchanged: with `environment()` it imports the stand-in of PortA
 blocks of 16-bit samples over TCP.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 from pathlib import Path

@@ -3,8 +3,6 @@
 Its map is the true floor plan, turned and moved. It drives straight, behind a twist_mux whose lock stops it.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from typing import Any

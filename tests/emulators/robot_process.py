@@ -3,8 +3,6 @@
 `python -m tests.emulators.robot_process serial scip` serves `sim:lab` on these wires and answers lines of JSON.
 """
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import json

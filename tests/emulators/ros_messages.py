@@ -1,7 +1,5 @@
 """What the simulated robot senses → ROS 2 messages in CDR, as a real robot's nodes would publish them."""
 
-from __future__ import annotations
-
 import math
 import struct
 from typing import Any

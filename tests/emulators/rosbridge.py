@@ -3,8 +3,6 @@
 `python -m tests.emulators.rosbridge --port 9090`, then `beckon run --robot rosbridge://127.0.0.1:9090`.
 """
 
-from __future__ import annotations
-
 import argparse
 import base64
 import contextlib

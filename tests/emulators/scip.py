@@ -1,7 +1,5 @@
 """A Hokuyo URG-04LX-UG01 that speaks SCIP 2.0, on a pseudo-terminal or a TCP port."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import time

@@ -1,7 +1,5 @@
 """A differential drive that speaks Beckon's line protocol, on a pseudo-terminal or a TCP port."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import math

@@ -3,8 +3,6 @@
 It says what a test gives it, to whom connects; what the client sends is kept.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import struct

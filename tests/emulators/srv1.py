@@ -1,7 +1,5 @@
 """An SRV-1 Blackfin behind its Wi-Fi bridge, on a TCP port."""
 
-from __future__ import annotations
-
 import argparse
 import struct
 import time

@@ -4,8 +4,6 @@ Lines of text. To the robot: `V v w`, speeds [m/s], [rad/s] that hold until the 
 the robot: `O x y heading v w` fifty times a second, `L range range …` ten times a second.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 import select

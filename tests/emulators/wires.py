@@ -1,7 +1,5 @@
 """Wires for emulators: a pseudo-terminal or a TCP port, on which one device answers one driver."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import select

@@ -1,7 +1,5 @@
 """The simulated robot, living in real time: what an emulator puts on its wire, and what its wire moves."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable

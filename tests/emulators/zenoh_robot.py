@@ -3,8 +3,6 @@
 `python -m tests.emulators.zenoh_robot --port 7447`, then `beckon run --robot zenoh://127.0.0.1:7447`.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import json

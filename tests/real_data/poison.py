@@ -1,7 +1,5 @@
 """Ways in which the corners of one picture of a 9x6 board go wrong; every one takes and gives corners (54, 2)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import cv2

@@ -1,7 +1,5 @@
 """The command line on real pictures and scans, with figures that other calibrators found too."""
 
-from __future__ import annotations
-
 import json
 import time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The thirteen pictures of OpenCV's left camera: what a good calibrator finds, and what bad corners may not spoil."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Five upright boards before a robot's camera and laser: the tool has to say what they cannot tell."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from functools import cache

@@ -1,7 +1,5 @@
 """Directions on recordings: rooms, measured lags, a ReSpeaker, and the trap of identical channels."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math

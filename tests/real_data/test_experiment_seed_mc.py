@@ -1,7 +1,5 @@
 """`beckon experiment dead-reckoning-vs-slam` on frozen draws, as the paper's figure 16 has it."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """`beckon hear` on the rooms and the board: the same figures as the estimator by itself."""
 
-from __future__ import annotations
-
 import csv
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The readers on real and shared recordings."""
 
-from __future__ import annotations
-
 import time
 import tracemalloc
 

@@ -1,7 +1,5 @@
 """A real building: the Intel Research Lab by the Freiburg relations, beside GMapping's poses."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The landmark filter on the shared logs of sightings, with one and the same settings for all."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The paper's figure 16 on frozen draws: the filter alone, identities given."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from pathlib import Path
 from typing import Literal

@@ -1,7 +1,5 @@
 """A real URG-04LX carried by hand through a room: no wheels, no truth."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What strangers brought to calibrators, made small again: the answer is right, or a sentence names the cause."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Recordings with defects that were met in public: as exact as the sound one, or the cause is named."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

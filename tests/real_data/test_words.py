@@ -1,7 +1,5 @@
 """Words in recordings: commands kept, ordinary speech refused, STOP before the sentence is over."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

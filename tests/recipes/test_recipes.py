@@ -1,7 +1,5 @@
 """The recipes of CONTRIBUTING.md, each done exactly as it says on a copy of the sources."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -5,8 +5,6 @@
 has its rows, then come its head and the template of a row, in which `{name}` is a row's key.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The page on campaigns, top to bottom: every fenced command as it stands there, with a scheduler and its workers."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import re

@@ -1,7 +1,5 @@
 """*Write your own driver in 40 lines*, done from top to bottom, up to a command that drives it in the console."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

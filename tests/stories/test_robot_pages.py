@@ -1,7 +1,5 @@
 """The how-to pages about robots: each of their commands, in its order, on emulated robots instead of real ones."""
 
-from __future__ import annotations
-
 import shlex
 from pathlib import Path
 

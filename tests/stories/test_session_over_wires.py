@@ -1,7 +1,5 @@
 """A short whole session over wires; tests.benchmarks.real_sessions has long ones for every driver."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

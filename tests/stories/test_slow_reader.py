@@ -1,7 +1,5 @@
 """Words that are read late, and the rest of a sentence with STOP in it: at the page's microphone and in the room."""
 
-from __future__ import annotations
-
 import asyncio
 import random
 from pathlib import Path

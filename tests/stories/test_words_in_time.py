@@ -1,7 +1,5 @@
 """No words move the robot late, or after something that made them void: random stories, and the rule taken apart."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """An event loop whose time is only counted: nothing waits, and `time` says what the loop says."""
 
-from __future__ import annotations
-
 import asyncio
 import random
 import selectors

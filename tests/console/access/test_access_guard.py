@@ -1,7 +1,5 @@
 """The guard: every way in, every host, every origin, every role."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import time

@@ -1,7 +1,5 @@
 """Bodies that are malformed, hostile, endless or slow: a problem with a sentence, never a 500, never an echo."""
 
-from __future__ import annotations
-
 import socket
 import time
 from typing import Any

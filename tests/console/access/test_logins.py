@@ -1,7 +1,5 @@
 """Tokens, logins, and those who guess."""
 
-from __future__ import annotations
-
 from console.access.logins import LIFE, Logins, Person
 
 

@@ -1,7 +1,5 @@
 """Keys and logins that outlive the console, and what the command line changes beside it."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import os

@@ -1,7 +1,5 @@
 """JSON from strangers, and the sentences it is refused with."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """What those who do not drive may do while someone drives: watch and stop, and never take the console away."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """The connection over REST: what was found, another look, and the robot file; with rights, bounds and sentences."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Iterator

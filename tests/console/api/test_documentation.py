@@ -1,7 +1,5 @@
 """The description of the interface: every answer by a name, who may ask, and calls that can be copied."""
 
-from __future__ import annotations
-
 import json
 import re
 import shlex

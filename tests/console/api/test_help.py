@@ -1,7 +1,5 @@
 """Help: the documentation, rendered by the console itself."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """Figures for a monitoring system: well-formed, true, and for nobody elsewhere who is not signed in."""
 
-from __future__ import annotations
-
 import math
 import re
 

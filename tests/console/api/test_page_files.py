@@ -1,7 +1,5 @@
 """The page's files: packed for who takes it, asked for again, and not sent twice."""
 
-from __future__ import annotations
-
 import gzip
 import re
 import shutil

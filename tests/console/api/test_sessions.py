@@ -1,7 +1,5 @@
 """Links, keys and logins over HTTP."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """The socket: newest state and picture down, hands and words up, and an end that always has a reason."""
 
-from __future__ import annotations
-
 import json
 import socket
 import struct

@@ -1,7 +1,5 @@
 """Endpoints that answer with structs: what is sent, and what the description says of it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import msgspec

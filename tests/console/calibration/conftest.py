@@ -1,7 +1,5 @@
 """The console that all tests of this folder's parent share, left as it was found."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest

@@ -1,7 +1,5 @@
 """No calibration, however absurd, takes the pilot away for longer than its next start."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from dataclasses import replace

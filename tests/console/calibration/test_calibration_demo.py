@@ -1,7 +1,5 @@
 """The simulated person: what it does when, and whether cameras and lasers get calibrated by it."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """The calibration in use: accepted, used by the pilot, taken back, read from a file; never lost."""
 
-from __future__ import annotations
-
 import asyncio
 import errno
 import json

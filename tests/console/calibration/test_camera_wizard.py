@@ -1,7 +1,5 @@
 """The camera's wizard over REST and over the socket: begin, show, solve, accept, take away."""
 
-from __future__ import annotations
-
 import asyncio
 import io
 import json

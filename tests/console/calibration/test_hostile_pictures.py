@@ -1,7 +1,5 @@
 """Pictures from strangers: refused in words, soon, with bounded memory, while everything else goes on."""
 
-from __future__ import annotations
-
 import re
 import struct
 import threading

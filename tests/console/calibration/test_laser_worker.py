@@ -1,7 +1,5 @@
 """The laser's session as a worker holds it; here in this process, before a practice room."""
 
-from __future__ import annotations
-
 from typing import TypeVar
 
 import msgspec

@@ -1,7 +1,5 @@
 """Scans on their way to a laser session: a robot that has moved since it looked at the empty room is noticed."""
 
-from __future__ import annotations
-
 import asyncio
 from dataclasses import replace
 from types import SimpleNamespace

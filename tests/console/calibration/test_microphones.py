@@ -1,7 +1,5 @@
 """The microphones on the bench: the self-check and the wizard of their orientation, as the page asks for them."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 from pathlib import Path

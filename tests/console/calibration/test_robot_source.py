@@ -1,7 +1,5 @@
 """Sessions that look at the robot: by themselves, on purpose, and with the simulated person."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Workers that may be killed."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import signal

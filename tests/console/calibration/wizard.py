@@ -1,7 +1,5 @@
 """Pictures of a board, and one who shows them to a console over REST."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 from urllib.parse import quote

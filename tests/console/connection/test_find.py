@@ -1,7 +1,5 @@
 """Search for robots: what answers, and for whom."""
 
-from __future__ import annotations
-
 import asyncio
 import socket
 

@@ -1,7 +1,5 @@
 """Another robot at the same address: read before anything ends, from the right folders, and no map is lost."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from pathlib import Path

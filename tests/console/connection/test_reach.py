@@ -1,7 +1,5 @@
 """The addresses to which operators may make the console connect: each way to write one, and what becomes of it."""
 
-from __future__ import annotations
-
 import socket
 from pathlib import Path
 from typing import Any

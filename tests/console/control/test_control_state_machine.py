@@ -5,8 +5,6 @@ asks for motion for whatever command it likes, late, twice, and after it was can
 whose consent a motion needs: something that a person did after everything that has stopped the robot.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import math

@@ -1,7 +1,5 @@
 """Deeds on disk: none lost, none invented."""
 
-from __future__ import annotations
-
 import asyncio
 import shutil
 import sqlite3

@@ -1,7 +1,5 @@
 """The lease: one drives, taking over is explicit, whoever is gone loses it after five seconds."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st

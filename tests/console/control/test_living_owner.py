@@ -1,7 +1,5 @@
 """Who keeps the robot going: signs of life renew the lease, an endless command needs them, and what is repeated."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 from types import SimpleNamespace

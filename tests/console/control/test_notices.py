@@ -1,7 +1,5 @@
 """The list of notices: one of a cause, no sentence twice, what the pilot changes changes here."""
 
-from __future__ import annotations
-
 from console.control.notices import MAX_SHOWN, Notifications
 from core.pilot.notices import KEEPS_UP, SLOW, Notices
 

@@ -1,7 +1,5 @@
 """Goals for the robot's own navigation: they are admitted as any motion, and every end of a command ends them."""
 
-from __future__ import annotations
-
 import asyncio
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """A spoken order that waits: begun, dropped, replaced, and who may do which."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

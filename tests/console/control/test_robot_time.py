@@ -1,7 +1,5 @@
 """The robot's clock in ours, and the age of words by the clock of a robot that waits for a slow computer."""
 
-from __future__ import annotations
-
 import time
 
 import pytest

@@ -1,7 +1,5 @@
 """The common settings: one line of the file changes, what is live holds at once, what is refused says why."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

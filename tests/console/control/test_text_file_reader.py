@@ -1,7 +1,5 @@
 """The paper's text files: read whole, obeyed once, emptied after."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 import os

@@ -1,7 +1,5 @@
 """The writing half of the paper's text files: what it writes, the reading half reads."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 import os

@@ -1,7 +1,5 @@
 """Experiments from the page: listed as declared, run one at a time, cancelled with all processes, kept."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import subprocess

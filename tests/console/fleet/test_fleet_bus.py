@@ -1,7 +1,5 @@
 """Robots on the fleet's bus: certificates, presence, STOP ALL, and a fleet that is lost."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import os

@@ -1,7 +1,5 @@
 """The fleet over HTTP, and a robot's console through it."""
 
-from __future__ import annotations
-
 import asyncio
 import http.client
 import json

@@ -1,7 +1,5 @@
 """The pages *Run three robots* and *Keys and certificates*: each command in a fence is tried, from top to bottom."""
 
-from __future__ import annotations
-
 import contextlib
 import http.client
 import json

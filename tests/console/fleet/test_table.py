@@ -1,7 +1,5 @@
 """Presence and order of the robots of a fleet, on a clock that is passed in."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import msgspec

@@ -1,7 +1,5 @@
 """What strangers and viewers may do to the console: little, and never for long."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import gc

@@ -3,8 +3,6 @@
 `python -m tests.console.maps.driving_console HOME`
 """
 
-from __future__ import annotations
-
 import asyncio
 import sys
 from pathlib import Path

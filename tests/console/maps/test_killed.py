@@ -1,7 +1,5 @@
 """A console that is killed loses no more of its map than the last minute."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Saved maps: names, half-written ones, replacing, the one in use, and the trajectory that goes with them."""
 
-from __future__ import annotations
-
 import asyncio
 import io
 import json

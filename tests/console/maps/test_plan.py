@@ -1,7 +1,5 @@
 """The plan of a map to print: true to scale, inside its sheet, and readable by other programs."""
 
-from __future__ import annotations
-
 import re
 import zlib
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """Voices as every viewer gets them: where they lie in the picture."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

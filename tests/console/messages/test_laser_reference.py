@@ -1,7 +1,5 @@
 """The state says how far the position by laser alone lies from the estimate."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The socket's types, here and in the browser."""
 
-from __future__ import annotations
-
 import math
 
 import msgspec

@@ -1,7 +1,5 @@
 """Who is looked at, as viewers get it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What viewers get of a picture's quality and of the mount's drift."""
 
-from __future__ import annotations
-
 import json
 import math
 

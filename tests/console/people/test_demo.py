@@ -1,7 +1,5 @@
 """Someone in the simulated room shows the gestures; what stands in the way is said before any picture is taken."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import math

@@ -1,7 +1,5 @@
 """Who stands in the simulated room when the console starts."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 

@@ -1,7 +1,5 @@
 """The worker that looks for people: the newest question is answered, and what is wrong is said once."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 from collections.abc import Awaitable, Callable

@@ -1,7 +1,5 @@
 """The school itself: what lasts, whose lesson it is, and someone in the simulated room who shows how it goes."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 from collections import deque

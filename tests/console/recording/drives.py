@@ -1,7 +1,5 @@
 """Drives that are recorded by the recorder's own work, without its process, as fast as the pilot goes."""
 
-from __future__ import annotations
-
 import contextlib
 import pickle
 from collections.abc import Callable, Iterable

@@ -1,7 +1,5 @@
 """Other programs watch live: the topics of a recording, to look at only."""
 
-from __future__ import annotations
-
 import json
 import socket
 import struct

@@ -1,7 +1,5 @@
 """The how-tos of recordings: every command in a fence is tried, from top to bottom."""
 
-from __future__ import annotations
-
 import json
 import os
 import shlex

@@ -1,7 +1,5 @@
 """Recordings of a drive: what is written, what can still be kept, and what is left after a loss."""
 
-from __future__ import annotations
-
 import asyncio
 import errno
 import json

@@ -1,7 +1,5 @@
 """A recorded drive is computed again to the last bit: poses, map, edges, directions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A recording of Beckon's own behind the console: shown as recorded, as computed now, and one over the other."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The pilot's pace is noted by one thread and read by another."""
 
-from __future__ import annotations
-
 import gc
 import threading
 import time

@@ -1,7 +1,5 @@
 """The console's hand on the gate: a stop is final, whatever the pilot was just computing."""
 
-from __future__ import annotations
-
 import threading
 from typing import Any
 

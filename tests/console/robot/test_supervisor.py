@@ -1,7 +1,5 @@
 """Driver and gate in their processes: obeyed, watched, replaced, and ended without leaving anything behind."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import errno

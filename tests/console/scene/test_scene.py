@@ -1,7 +1,5 @@
 """viser inside the console: mounted without a socket, filtered by role, and deaf to all but looking and pointing."""
 
-from __future__ import annotations
-
 import gzip
 import math
 import re

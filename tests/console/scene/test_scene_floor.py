@@ -1,7 +1,5 @@
 """Rooms, closures, candidates and rejected sightings as strokes of the scene."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 from typing import Any

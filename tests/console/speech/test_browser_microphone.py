@@ -1,7 +1,5 @@
 """A browser's microphone: its sound goes up, transcripts come down, and only whole commands move the robot."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """How well someone is understood here: from the setup to the page, and given up on the way."""
 
-from __future__ import annotations
-
 import asyncio
 import importlib.util
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The robot answers aloud, and does not hear itself."""
 
-from __future__ import annotations
-
 import asyncio
 import base64
 from functools import partial

@@ -1,7 +1,5 @@
 """A browser's microphone at the mouth of someone in the simulated room."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 from collections.abc import Callable, Coroutine

@@ -1,7 +1,5 @@
 """The processes beside the console load no more than they need."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

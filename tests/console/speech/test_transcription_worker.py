@@ -1,7 +1,5 @@
 """The worker's side of reading words: what outlasts one listener's turn."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What a worker sends is not trusted."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

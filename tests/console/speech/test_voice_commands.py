@@ -1,7 +1,5 @@
 """Words of voices in the room, taken on by a driver: which are obeyed, and what holds them back."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Camera and laser before a board, for the tests."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 

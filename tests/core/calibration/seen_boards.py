@@ -1,7 +1,5 @@
 """Boards as the paper's camera sees them, for the tests."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.calibration.board.board import Board

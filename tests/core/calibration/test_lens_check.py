@@ -1,7 +1,5 @@
 """Numbers that no lens has are refused before anything looks through them."""
 
-from __future__ import annotations
-
 import contextlib
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The chapter's own forms of calibration: eq. 13 finds the mount, eq. 44 is an output and nothing else."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

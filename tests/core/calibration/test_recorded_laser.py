@@ -1,7 +1,5 @@
 """The mount from one recording: the board is carried about and held still now and then, nobody picks pairs."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """An ideal robot on a drawn floor: perfect pose and map, a laser that sees the walls, a base that obeys at once."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Going beside and after someone, on an ideal robot."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """COME HERE and FOLLOW ME on an ideal base: the simulated camera and laser look at people who stand and walk."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import os

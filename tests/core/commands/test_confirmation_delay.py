@@ -1,7 +1,5 @@
 """Commands that wait before they start, and how long."""
 
-from __future__ import annotations
-
 import pytest
 
 from core.commands import needs_confirmation

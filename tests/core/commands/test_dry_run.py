@@ -1,7 +1,5 @@
 """The dry run: what COME HERE and FOLLOW ME would do where nothing drives, on a stage that never moves."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """FOLLOW WALL on an ideal robot: straight walls, corners, openings, and what it says where there is no wall."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from itertools import pairwise

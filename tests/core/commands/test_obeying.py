@@ -1,7 +1,5 @@
 """The five commands on an ideal robot: what they promise, and how they give up."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

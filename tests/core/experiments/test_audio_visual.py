@@ -1,7 +1,5 @@
 """A slice of what eyes and ears add: some seconds of one place; the table and the figure from given figures."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

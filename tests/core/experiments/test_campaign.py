@@ -1,7 +1,5 @@
 """Campaigns: the same answers on any workers, kept as they end, resumed after a kill, refused for other runs."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

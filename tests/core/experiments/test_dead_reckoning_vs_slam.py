@@ -1,7 +1,5 @@
 """The paper's figure 16, on few runs."""
 
-from __future__ import annotations
-
 import csv
 import json
 import sys

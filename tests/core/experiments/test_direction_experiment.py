@@ -1,7 +1,5 @@
 """The experiment of directions: seeded, written down, and ours before the paper's."""
 
-from __future__ import annotations
-
 import csv
 import json
 from typing import Any

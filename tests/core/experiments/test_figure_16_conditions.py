@@ -1,7 +1,5 @@
 """Figure 16 under the chapter's own conditions, on one run."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """FOLLOW WALL by the whole robot, with the noise of its wheels and laser."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import pytest

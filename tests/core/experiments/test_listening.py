@@ -1,7 +1,5 @@
 """Ears in an experiment: what is said is known when the reading of it is over, not before."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The experiment of what runs in parallel: its steps, and the law that is fitted."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The chapter's forms beside ours: a command spoken in either form; the table from given figures."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The whole robot in simulated time: how exactly it obeys, measured against the simulator's truth."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math

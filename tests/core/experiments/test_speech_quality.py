@@ -1,7 +1,5 @@
 """The experiment `speech-quality`: Fig. 17, and figures that fall with noise and distance."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 from typing import Any

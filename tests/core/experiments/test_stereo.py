@@ -1,7 +1,5 @@
 """Distances by two cameras against the truth, and a slice of a drive in which they hold the robot."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

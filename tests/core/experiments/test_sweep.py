@@ -1,7 +1,5 @@
 """Sweeps over settings: every combination over the same seeds, and each as the experiment alone gives it."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """From a voice in the room to the wheels, through every part; most of it takes minutes of simulated time."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Where a wall counts as straight, and how far off its distance the robot is."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, cast
 

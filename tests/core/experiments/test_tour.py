@@ -1,7 +1,5 @@
 """The tour of the laboratory: short here, whole in the campaign."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A gate on simulated time with everything around it well: what a test needs to break one thing at a time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from core.gate import TICK_S, Gate, Limits, Setpoint, TraceRow, TraceWriter, check

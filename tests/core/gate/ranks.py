@@ -1,7 +1,5 @@
 """Trying what runs before what without changing the rank of the tests themselves."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 from collections.abc import Callable

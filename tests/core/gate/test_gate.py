@@ -1,7 +1,5 @@
 """The gate on simulated time: every way to stop, and every order that must not move."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The gate's process, with the console and the driver played by the test over the true pipes."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import math

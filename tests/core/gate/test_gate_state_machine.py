@@ -1,7 +1,5 @@
 """Everything that may happen to a gate, in any order; a second, simpler memory says what must not move."""
 
-from __future__ import annotations
-
 import math
 
 from hypothesis import settings

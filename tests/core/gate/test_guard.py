@@ -1,7 +1,5 @@
 """The guard: geometry by brute force, and what it may and may not take away."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """A halt survives everything, whatever moment the process dies at."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

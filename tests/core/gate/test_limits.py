@@ -1,7 +1,5 @@
 """Limits have hard ranges and cannot be switched off."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import fields, replace
 

@@ -1,7 +1,5 @@
 """Packets stay whole, never wait, and nonsense is left out."""
 
-from __future__ import annotations
-
 import pytest
 
 from core.gate.packets import AT_ONCE, packet_pair, packet_socket, parse_packet, send_packet, take_packets

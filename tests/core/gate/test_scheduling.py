@@ -1,7 +1,5 @@
 """What steers runs before other programs, where that is permitted."""
 
-from __future__ import annotations
-
 import os
 import sys
 

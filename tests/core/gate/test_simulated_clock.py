@@ -1,7 +1,5 @@
 """The simulator's time waits for a computer that does not come to its work; what stops the robot stays what it is."""
 
-from __future__ import annotations
-
 import heapq
 import random
 from collections.abc import Callable

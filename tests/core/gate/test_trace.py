@@ -1,7 +1,5 @@
 """The checker catches every violation that it claims to, and the writer leaves nothing out that it needs."""
 
-from __future__ import annotations
-
 import math
 import threading
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Maps drawn by hand for the planner."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.slam.map.occupancy import OccupancyGrid

@@ -1,7 +1,5 @@
 """What stands in the way."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

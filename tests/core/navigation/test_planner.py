@@ -1,7 +1,5 @@
 """Ways through maps drawn by hand."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

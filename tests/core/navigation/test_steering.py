@@ -1,7 +1,5 @@
 """Steering, on an ideal base that lags a little."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Zones: no way touches one to keep out of, no speed leads into one, and a slow one caps before it is entered."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

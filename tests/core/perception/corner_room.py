@@ -1,7 +1,5 @@
 """A small ray-caster of its own: walls as segments, a laser like the URG-04LX, and a camera that paints bearings."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.geometry import Pose, arc

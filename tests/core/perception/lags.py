@@ -1,7 +1,5 @@
 """Lags of a far source, and the direction with its covariance that lags alone give."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array

@@ -1,7 +1,5 @@
 """Small ONNX files that answer with the same numbers whatever they see: one for each layout that is read."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Networks without weights: whatever is white in a picture is an upright body, whose landmarks are known."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array

@@ -1,7 +1,5 @@
 """Who looks like whom: the light may change, clothes, proportions and height tell people apart."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The array's self-check, and how it is turned."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

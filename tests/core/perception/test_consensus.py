@@ -1,7 +1,5 @@
 """Who called: voices, pictures and legs agree on a place; echoes and other talkers stand alone."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

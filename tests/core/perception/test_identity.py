@@ -1,7 +1,5 @@
 """Whoever is followed stays the same: their looks are not mixed with a passer-by's, and are found elsewhere."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

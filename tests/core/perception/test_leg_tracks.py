@@ -1,7 +1,5 @@
 """Legs of a scan are shared out: who crosses keeps their own, and so does the one who is followed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.geometry import Pose

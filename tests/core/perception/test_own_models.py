@@ -1,7 +1,5 @@
 """Models of the user's own: every layout finds who is in its file, and everything else is refused in a sentence."""
 
-from __future__ import annotations
-
 import math
 import time
 from pathlib import Path

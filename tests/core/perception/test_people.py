@@ -1,7 +1,5 @@
 """People in pictures, in scans and over time."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """People by their landmarks: parts and K of eq. 34, squares that are looked at, and the networks where they are."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import os

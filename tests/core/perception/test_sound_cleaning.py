@@ -1,7 +1,5 @@
 """Noise taken out of a voice: by one microphone, and by an array that knows where the voice is."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

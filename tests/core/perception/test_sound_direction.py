@@ -1,7 +1,5 @@
 """One talker: where, how sure, in noise, beside a fan, on flat arrays and others."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Sounds for the tests of hearing: a made-up voice in rooms without walls and with, on any array."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array

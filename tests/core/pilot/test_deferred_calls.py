@@ -1,7 +1,5 @@
 """The pilot's doors to the map: keep it, enter it, say where the robot is, take a closure back."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

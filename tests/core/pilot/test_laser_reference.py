@@ -1,7 +1,5 @@
 """The position by laser and wheels alone, beside the one by all senses."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from core.gate import Twist

@@ -1,7 +1,5 @@
 """Scans and pictures that arrive 0.3 s after they were taken, while the robot turns to and fro."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import dataclass, field, replace

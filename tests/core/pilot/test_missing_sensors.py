@@ -1,7 +1,5 @@
 """Robots that lack a sensor or have two: what can work works, and what cannot is said once."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections import Counter, deque

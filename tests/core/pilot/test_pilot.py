@@ -1,7 +1,5 @@
 """The pilot: what it publishes, and what it makes of frames that are not as they should be."""
 
-from __future__ import annotations
-
 import dataclasses
 import threading
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What the pilot's ears tell of a voice, whichever way the robot stands."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The pilot of a robot that someone carries away."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What the pilot's eyes make of bad pictures, and what the operator hears of them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Scans with wrong stamps: the pilot finds out in the first turn, corrects them, and says so once."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Every sensor has an age and a rate of its own."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

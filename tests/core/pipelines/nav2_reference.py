@@ -1,7 +1,5 @@
 """A second reader of Nav2's maps, pixel by pixel with plain Python: what the tests compare with."""
 
-from __future__ import annotations
-
 import io
 
 import yaml

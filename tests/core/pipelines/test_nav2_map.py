@@ -1,7 +1,5 @@
 """The exported map, read back by the rule of Nav2's map server; maps of others, read as by a second reader."""
 
-from __future__ import annotations
-
 import io
 import math
 import zipfile

@@ -1,7 +1,5 @@
 """Zones as Nav2's masks and back: the same cells, whatever their form."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A log through the estimators: the robot is where it was, and the files say so."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

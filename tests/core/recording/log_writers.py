@@ -1,7 +1,5 @@
 """Writes small logs in every form, so that each reader is tested on a file whose content is known."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Clocks of a recording: what was set, what differs, what has no value."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cut, damaged and hostile logs: what can be read is read, the rest is told in a sentence."""
 
-from __future__ import annotations
-
 import gzip
 import io
 import itertools

@@ -1,7 +1,5 @@
 """Beckon's own recordings are read back to the last bit, whatever their length, and wherever they are cut."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Pictures and sound of strangers' bags: every encoding gives the colours and the samples that went in."""
 
-from __future__ import annotations
-
 import io
 import itertools
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Odometry for any instant."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

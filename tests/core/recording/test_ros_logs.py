@@ -1,7 +1,5 @@
 """ROS logs of three kinds of file tell the same story."""
 
-from __future__ import annotations
-
 import json
 import math
 

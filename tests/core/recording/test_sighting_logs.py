@@ -1,7 +1,5 @@
 """Archives and text of sightings, and scan sets: columns, steps, identities, noise."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

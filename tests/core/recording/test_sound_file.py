@@ -1,7 +1,5 @@
 """WAV, FLAC and Ogg: what is there is read, what is claimed is checked."""
 
-from __future__ import annotations
-
 import struct
 
 import numpy as np

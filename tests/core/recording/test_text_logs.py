@@ -1,7 +1,5 @@
 """CARMEN text and JSON lines."""
 
-from __future__ import annotations
-
 import gzip
 import json
 import math

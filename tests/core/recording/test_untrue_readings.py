@@ -1,7 +1,5 @@
 """Logs whose readings cannot be true: units, angles, clocks, headings and forms of text as met in the field."""
 
-from __future__ import annotations
-
 import bz2
 import gzip
 import io

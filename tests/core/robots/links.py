@@ -1,7 +1,5 @@
 """What the tests of devices on a real wire share."""
 
-from __future__ import annotations
-
 import os
 import queue
 import socket

@@ -1,7 +1,5 @@
 """Cameras and microphones of this computer, by films, recordings and a sound card that a test plays."""
 
-from __future__ import annotations
-
 import sys
 import threading
 import time

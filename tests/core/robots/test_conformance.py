@@ -1,7 +1,5 @@
 """The conformance suite over all schemes. A new driver is one row of `SUBJECTS`."""
 
-from __future__ import annotations
-
 import math
 import socket
 import sys

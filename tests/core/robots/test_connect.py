@@ -1,7 +1,5 @@
 """From a URL to a robot, or to a sentence."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """What was found on a robot, and the robot file that is made of it."""
 
-from __future__ import annotations
-
 import math
 import time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A ROS robot that describes itself, on every link: its URDF, and after how long a silence its base stops."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from typing import Any

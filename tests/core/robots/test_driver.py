@@ -1,7 +1,5 @@
 """The driver's process between gate and console: each of its own watchdogs, with a robot that has none."""
 
-from __future__ import annotations
-
 import os
 import socket
 import threading

@@ -1,7 +1,5 @@
 """Robots behind foxglove_bridge: the protocol, in both dialects, with ROS 1 and 2, and with damaged messages."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

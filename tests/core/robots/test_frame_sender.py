@@ -1,7 +1,5 @@
 """The newest frame wins, nothing that was sensed once is lost, and nobody waits."""
 
-from __future__ import annotations
-
 import pickle
 import socket
 import time

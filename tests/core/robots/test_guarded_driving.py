@@ -1,7 +1,5 @@
 """The simulated robot behind its gate: whatever stands in the way, it does not touch it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """A base, a laser and a camera on wires of their own are one robot in one world."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Turning lidars through lds2d against emulators of three protocols, in the simulated lab."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """A real robot's devices: connecting again, standing meanwhile, and clocks."""
 
-from __future__ import annotations
-
 import queue
 import threading
 import time

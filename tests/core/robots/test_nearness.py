@@ -1,7 +1,5 @@
 """What the guard is told of a scan, and when a scan says nothing."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Real time: frames are due by the clock, lost time is given up and told."""
 
-from __future__ import annotations
-
 from core.robots.process import CALM_WINDOWS, PACE_WINDOW, DriverPace
 
 

@@ -1,7 +1,5 @@
 """What a driver hands on: the form of every reading is checked where all of them pass."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """A laser or a camera that hangs is noticed on the move; a robot that stands may see the same again."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

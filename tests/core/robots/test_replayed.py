@@ -1,7 +1,5 @@
 """A recording plays in its own time, can be steered, and cannot be driven."""
 
-from __future__ import annotations
-
 import itertools
 import json
 

@@ -1,7 +1,5 @@
 """Requests cross to the driver as JSON and are checked by their types where they arrive."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import msgspec

@@ -1,7 +1,5 @@
 """Robots that are put together: files, joined devices, drivers of one's own."""
 
-from __future__ import annotations
-
 import math
 import time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Robots behind rosbridge: what differs between ROS 1 and 2 and between versions, and damaged messages."""
 
-from __future__ import annotations
-
 import builtins
 import json
 import math

@@ -1,7 +1,5 @@
 """The Hokuyo's driver against an emulator on a pseudo-terminal and on TCP."""
 
-from __future__ import annotations
-
 import math
 import threading
 import time

@@ -1,7 +1,5 @@
 """The line protocol's driver against a robot on a pseudo-terminal and on TCP, in the simulated lab."""
 
-from __future__ import annotations
-
 import math
 import os
 import time

@@ -1,7 +1,5 @@
 """The sketch of the how-to page, compiled for this computer and driven over a pseudo-terminal."""
 
-from __future__ import annotations
-
 import math
 import os
 import re

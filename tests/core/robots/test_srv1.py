@@ -1,7 +1,5 @@
 """The SRV-1's driver against the firmware's manners, on TCP, in the simulated lab."""
 
-from __future__ import annotations
-
 import socket
 import struct
 import time

@@ -1,7 +1,5 @@
 """A link that stalls now and then and delivers everything afterwards, each reading with its own stamp."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 

@@ -1,7 +1,5 @@
 """An array that sits turned on the robot: the wizard finds by how much, from voices in the simulated room."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

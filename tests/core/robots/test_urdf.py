@@ -1,7 +1,5 @@
 """URDFs: mountings and looks of sound ones, and a sentence for those that are broken or meant to harm."""
 
-from __future__ import annotations
-
 import math
 import struct
 from dataclasses import replace

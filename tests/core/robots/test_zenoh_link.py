@@ -1,7 +1,5 @@
 """Robots on zenoh: in both dialects, lost and found again, encrypted, and with damaged messages."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

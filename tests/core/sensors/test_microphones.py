@@ -1,7 +1,5 @@
 """Sounds and array profiles."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

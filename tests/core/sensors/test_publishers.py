@@ -1,7 +1,5 @@
 """Two publishers under one name: told by their turns, and never seen where one robot moves."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

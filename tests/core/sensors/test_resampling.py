@@ -1,7 +1,5 @@
 """Sound at another rate: scipy's filter, without what scipy.signal takes to import."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

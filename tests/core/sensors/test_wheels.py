@@ -1,7 +1,5 @@
 """A base that was restarted is told from one that moved."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """A simulated robot with faults: what it is given falls on what it senses, and the robot stands in time."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Simulated scans."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The simulated robot as its driver sees it."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What the simulated encoders say, against what the base did."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

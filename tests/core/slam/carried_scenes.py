@@ -1,7 +1,5 @@
 """Rooms, their maps, and a robot that is put somewhere in them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Generator
 from typing import TypeVar

@@ -1,7 +1,5 @@
 """A filter in some state with landmarks, copies of it, and errors between two as the covariance counts them."""
 
-from __future__ import annotations
-
 import copy
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The filter, fed with the frames of a robot: their wheels, and scans that show what stands in the way."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from core.perception.landmarks.landmarks import Sighting

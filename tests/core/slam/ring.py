@@ -1,7 +1,5 @@
 """A drive around the corridors of sim:floor, one scan every 0.2 m, with wheels that bend the way."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

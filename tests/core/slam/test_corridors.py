@@ -1,7 +1,5 @@
 """Corridors driven without identities: a loop closes by landmarks that are recognised together, or not at all."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.benchmarks.corridor_drives import drawn

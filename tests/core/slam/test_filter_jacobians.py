@@ -1,7 +1,5 @@
 """Every Jacobian of both forms against finite differences, through the errors as the covariance counts them."""
 
-from __future__ import annotations
-
 import copy
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is done with every scan does not grow with the map."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Small versions of the benchmarks of consistency and of shocks."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

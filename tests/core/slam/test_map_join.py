@@ -1,7 +1,5 @@
 """Two maps of one building as one: where the newer one lies is found, or refused, and all of both stays."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The scan layer on a drive around the corridors of sim:floor, with wheels that bend the way."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The whole way from scans and pictures to a pose, on the simulated robot."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

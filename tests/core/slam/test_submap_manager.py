@@ -1,7 +1,5 @@
 """Leaving and entering rooms: what the filter keeps, what the wheels are believed, where tiles come to lie."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One engine for all tests of hearing words, which takes a second to make, and decisions to begin with."""
 
-from __future__ import annotations
-
 import os
 from functools import cache
 

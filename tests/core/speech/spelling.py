@@ -1,7 +1,5 @@
 """Numbers written out in words, for the tests to read back."""
 
-from __future__ import annotations
-
 from core.speech.understanding.numbers import DIGITS, TEEN_WORDS, TENS
 
 

@@ -1,7 +1,5 @@
 """Words from an array: what the engine is given to read."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The default recognizer, without recordings: what it must not hear, and what competes with the commands."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

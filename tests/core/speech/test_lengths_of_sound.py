@@ -1,7 +1,5 @@
 """Sound of any length, in pieces of any length: nothing that listens breaks, and what it hears stays the same."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

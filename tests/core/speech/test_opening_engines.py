@@ -1,7 +1,5 @@
 """Which engine reads words: what is here decides, and what is not here has a sentence."""
 
-from __future__ import annotations
-
 import sys
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Sound that is read at once."""
 
-from __future__ import annotations
-
 from core.speech.settings import PIECE_S, VOICE_PIECE
 from core.speech.transcription.piece_length import AFTER_VOICE_S, PieceLength
 

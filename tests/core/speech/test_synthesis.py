@@ -1,7 +1,5 @@
 """Text to speech, where there is any; a sentence where there is none."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """A stand-in of the package sounddevice, for a process whose sound card is emulated (tests.emulators.microphones)."""
 
-from __future__ import annotations
-
 import os
 import socket
 import threading

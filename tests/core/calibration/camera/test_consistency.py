@@ -1,7 +1,5 @@
 """One camera and one board of square squares: what contradicts that is found, named, and never a narrow answer."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

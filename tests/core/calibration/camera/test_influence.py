@@ -1,7 +1,5 @@
 """What one view would change is told: of those left out, and of one that decides the answer by itself."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """YAML as other programs write it, YAML that means harm, and YAML that is none."""
 
-from __future__ import annotations
-
 import time
 import warnings
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Whether the camera's mount has moved: told soon, told in words, and not told for nothing."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Scans in other units, turned, or of other pictures: the cause is named, and a sound set is never suspected."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

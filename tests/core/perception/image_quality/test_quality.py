@@ -1,7 +1,5 @@
 """Picture quality: what is measured, what is done about it, and that it helps."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """An edge that only the camera sees, on a wall that the laser sees: how far it is, and how surely."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Two cameras beside each other: the distance of an edge, how sure it is, and what is no view of one edge."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

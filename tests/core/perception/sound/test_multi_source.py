@@ -1,7 +1,5 @@
 """Several talkers, listening while sound comes in, and voices followed over time."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Lags to directions (eq. 40), and the paper's estimator as printed (eq. 35-39)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Bearings from several poses crossed."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

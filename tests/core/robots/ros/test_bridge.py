@@ -1,7 +1,5 @@
 """A ROS robot's messages → readings, and speeds → messages."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

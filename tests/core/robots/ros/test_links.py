@@ -1,7 +1,5 @@
 """Every link to a ROS robot against its emulator, with the simulated robot behind it, on a real wire."""
 
-from __future__ import annotations
-
 import functools
 import time
 from collections.abc import Callable, Iterator

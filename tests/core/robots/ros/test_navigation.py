@@ -1,7 +1,5 @@
 """The robot's own map, pose and goals, over each link, and with grids that are none."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterator

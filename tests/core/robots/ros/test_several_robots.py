@@ -1,7 +1,5 @@
 """Several robots behind one bridge, on the wire: nothing is said to any before one was named."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Collection, Generator

@@ -1,7 +1,5 @@
 """Which of a robot's topics are used, and for what."""
 
-from __future__ import annotations
-
 import pytest
 
 from core.errors import BadInput, Unavailable

@@ -1,7 +1,5 @@
 """One robot's message types, on bytes that are known."""
 
-from __future__ import annotations
-
 import pytest
 
 from core.gate import Twist

@@ -1,7 +1,5 @@
 """ROS 2 on zenoh: the wire form, by its test vectors."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Sound in the simulated room: what microphones on a robot hear of people, walls, fans and motors."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rooms of images: arrivals where geometry puts them, walls that send back what they should."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

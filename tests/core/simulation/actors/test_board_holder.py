@@ -1,7 +1,5 @@
 """A chessboard held up in the simulated room: requests, motion, refusals."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

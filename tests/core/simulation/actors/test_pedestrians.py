@@ -1,7 +1,5 @@
 """People in the simulated room: what they wear, what they do, and that they walk without touching the robot."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

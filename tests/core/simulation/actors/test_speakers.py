@@ -1,7 +1,5 @@
 """The requests `say` and `listen` of the simulated robot, and its pilot that hears where."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Any

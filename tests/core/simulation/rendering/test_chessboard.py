@@ -1,7 +1,5 @@
 """A chessboard in front of the simulated camera and laser."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest

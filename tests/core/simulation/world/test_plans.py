@@ -1,7 +1,5 @@
 """The two floor plans, and what can be put into them."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rays through floor plans."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

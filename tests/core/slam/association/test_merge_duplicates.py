@@ -1,7 +1,5 @@
 """A long loop with one sighting a scan: when it closes, the robot is unsure by more than the way between trees."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A person who stands and calls, heard by bearings alone while the robot drives to and fro on poor wheels."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a bearing says of the state, against finite differences in both forms of the filter."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

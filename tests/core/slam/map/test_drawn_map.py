@@ -1,7 +1,5 @@
 """A map that was drawn elsewhere is gone on in: every cell, and the place of a robot that wakes anywhere in it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

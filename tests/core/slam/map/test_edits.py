@@ -1,7 +1,5 @@
 """Edits over what was seen: they outlast all that is seen later, and leave no trace when they are taken back."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Iterator

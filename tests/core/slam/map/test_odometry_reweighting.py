@@ -1,7 +1,5 @@
 """Wheels that err alike at every turn do not bend what the walls tell, and count where these tell nothing."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The outline of a map: straight where walls are, closed where one is interrupted, and nothing from noise."""
 
-from __future__ import annotations
-
 import itertools
 
 import cv2

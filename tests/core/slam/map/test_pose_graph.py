@@ -1,7 +1,5 @@
 """The pose graph: its derivatives by differences, and that it bends to measurements and not to nonsense."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Generator
 from typing import TypeVar

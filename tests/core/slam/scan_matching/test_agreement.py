@@ -1,7 +1,5 @@
 """Wheels against scans: each way in which they can contradict each other is named, and sound ones never are."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections import deque

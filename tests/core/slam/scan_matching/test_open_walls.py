@@ -1,7 +1,5 @@
 """A corridor without corners, seen by a laser of short range: nothing says how far along it the robot is."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

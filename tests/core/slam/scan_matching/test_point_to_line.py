@@ -1,7 +1,5 @@
 """Laying scans on each other: derivatives by differences, known moves found again, and honest doubt."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The time offset between laser and odometry: found from turns, and only from turns."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace

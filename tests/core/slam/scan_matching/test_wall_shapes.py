@@ -1,7 +1,5 @@
 """Straight walls tell whether something was added to every range, and whether ranges are distances at all."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

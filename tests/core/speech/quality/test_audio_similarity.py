@@ -1,7 +1,5 @@
 """orig.wav against rev.wav: measures that others use too."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

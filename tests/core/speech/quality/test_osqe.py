@@ -1,7 +1,5 @@
 """Speech quality by wrong words: eq. 41-46 and the alignment beneath."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import pytest

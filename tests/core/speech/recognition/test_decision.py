@@ -1,7 +1,5 @@
 """The decision about one utterance."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Where utterances begin and end."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What was held back when it was heard is less likely when it is heard again."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

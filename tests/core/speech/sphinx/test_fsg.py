@@ -1,7 +1,5 @@
 """Grammars as automata: the same sentences, as likely as JSGF says, and few states."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import re

@@ -1,7 +1,5 @@
 """The grammar for recognizers is the one that is read: what can be heard is understood, and the other way round."""
 
-from __future__ import annotations
-
 import re
 
 from hypothesis import given, settings

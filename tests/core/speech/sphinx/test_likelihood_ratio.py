@@ -1,7 +1,5 @@
 """How a command compares with what is none."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Names of places by their sound: what pocketsphinx thinks of those that Whisper finds."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Numbers on which the views of a sound do not agree."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Words → commands: what moves the robot, what stops it, and that nothing else does either."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

@@ -1,7 +1,5 @@
 """Numbers as people say and type them."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

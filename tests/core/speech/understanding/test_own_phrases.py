@@ -1,7 +1,5 @@
 """Phrases of the user's own: they mean commands, and none may sound like another command."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Names of places: what they may be, that they are understood as they stand, and none sounds like other words."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

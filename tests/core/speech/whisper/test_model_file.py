@@ -1,7 +1,5 @@
 """Model files come from elsewhere: whatever is in them, there is a sentence."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Whisper against the grammar: people are understood, talk is not obeyed, and no sound is too short."""
 
-from __future__ import annotations
-
 from itertools import islice
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The automaton of spellings: all in it are commands, and all that commands may be spelt as is in it."""
 
-from __future__ import annotations
-
 import random
 import tracemalloc
 

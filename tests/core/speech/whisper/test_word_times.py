@@ -1,7 +1,5 @@
 """When words were said: chains through attention, and commands beside which someone else talks."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import islice
 
