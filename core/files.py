@@ -1,5 +1,6 @@
 """Files that must last: written whole or not at all, and on the disk before anything is said about them."""
 
+import codecs
 import contextlib
 import errno
 import fcntl
@@ -13,7 +14,7 @@ from collections.abc import Callable, Generator, Mapping
 from pathlib import Path
 from typing import IO
 
-from core.errors import Unwritable
+from core.errors import BadInput, Unwritable
 
 UNFINISHED = ".new"  # ends the name of a file while it is written; a dot begins it
 SEAL = "sha256"  # the key of a checksum
@@ -27,6 +28,18 @@ REMEDIES = {
     errno.EFBIG: "Raise the limit on the size of files (ulimit -f) and try again.",
     errno.EIO: "The disk may be failing; check it.",
 }
+
+
+def text_of(content: bytes, name: str) -> str:
+    """The bytes of a text file → its text, as editors of all systems write it: UTF-8, or UTF-16 with its mark.
+
+    Letters of zero are no text, or UTF-16 without the mark. Raises BadInput that begins with `name`.
+    """
+    wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    with contextlib.suppress(UnicodeDecodeError):
+        if wide or b"\0" not in content:
+            return content.decode("utf-16" if wide else "utf-8-sig")
+    raise BadInput(f"{name} is not a text file in UTF-8; save it again in UTF-8.")
 
 
 def write_atomic(path: Path, content: bytes | str, mode: int = 0o666) -> None:

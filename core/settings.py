@@ -18,6 +18,7 @@ from typing import Annotated, Any, Literal
 
 from core.calibration.laser.drift import DriftSettings
 from core.errors import BadInput, BadSettings
+from core.files import text_of
 from core.gate import Limits
 from core.navigation.person_following import PersonFollowingSettings
 from core.navigation.planner import PlannerSettings
@@ -125,11 +126,9 @@ def load(path: Path | str | None) -> Settings:
     try:
         if path.stat().st_size > MAX_SETTINGS_BYTES:
             raise BadInput(f"{path.name} is too large for settings.")
-        text = path.read_text(encoding="utf-8")
+        text = text_of(path.read_bytes(), path.name)
     except OSError as trouble:
         raise BadInput(f"The settings {path.name} cannot be read: {trouble.strerror or trouble}.") from None
-    except UnicodeDecodeError:
-        raise BadInput(f"{path.name} is not a text file in UTF-8; save it again in UTF-8.") from None
     try:
         return read(text, path.name)
     except BadInput as wrong:

@@ -20,7 +20,7 @@ from console.messages.calibration import CalibrationKind
 from core.calibration.board.board import Board
 from core.calibration.board.printing import board_svg
 from core.errors import Unwritable
-from core.files import saving
+from core.files import saving, text_of
 from core.optics import CameraModel
 
 calibration_files = router("calibration", 404, 409, 429, 503, 507)
@@ -123,7 +123,7 @@ async def read_file(
 ) -> Response:
     """Use what is in a file from now on: a camera (ROS camera_info, OpenCV, Kalibr, Beckon's own JSON) or a mount
     (static transform command, URDF joint, 4x4 matrices, Beckon's own JSON). `kind` in the answer tells which."""
-    text = (await request.body()).decode("utf-8", "replace")
+    text = text_of(await request.body(), "The file")
     kind, report = await calibration_service.read(text, who.name)
     history.add("calibration", who, words=f"import {kind}")
     return JsonAnswer({"kind": kind, **report})

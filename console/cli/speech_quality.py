@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from console.cli.answer import add_command, add_out, answer, plain, tell
 from console.cli.experiment import seed
 from core.errors import BadInput, BeckonError
+from core.files import text_of
 
 if TYPE_CHECKING:
     from core.experiments.speech_loop import LoopResult
@@ -152,9 +153,7 @@ def read_text(path: Path) -> str:
     try:
         if path.stat().st_size > MAX_TEXT_BYTES:
             raise BadInput(f"{path.name} is too large for a text that was spoken.")
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise BadInput(f"{path.name} is not a text file in UTF-8; save it as one.") from None
+        return text_of(path.read_bytes(), path.name)
     except OSError as trouble:
         raise BadInput(f"The text {path.name} cannot be read: {trouble.strerror or trouble}.") from None
 

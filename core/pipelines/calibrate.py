@@ -29,7 +29,7 @@ from core.calibration.laser.suspicion import Rival
 from core.calibration.mount import Mount
 from core.calibration.printed import equation_44
 from core.errors import BadInput
-from core.files import save_all
+from core.files import save_all, text_of
 from core.message import Array
 from core.optics import CameraModel
 from core.progress import UNSEEN, WorkProgress
@@ -65,8 +65,8 @@ def calibrate_camera(
 def marked_corners(path: Path, pictures: Collection[str]) -> dict[str, Array]:
     """Read `{"picture.png": [[u, v], [u, v], [u, v], [u, v]]}` [pixel] → (4, 2) by picture. Raises BadInput."""
     try:
-        read = msgspec.json.decode(path.read_bytes(), type=dict[str, MarkedCorners])
-    except (msgspec.MsgspecError, UnicodeDecodeError) as wrong:
+        read = msgspec.json.decode(text_of(path.read_bytes(), path.name), type=dict[str, MarkedCorners])
+    except msgspec.MsgspecError as wrong:
         raise BadInput(
             f'{path.name} should hold the four extreme corners of every picture that was marked, as {{"one.png": '
             f"[[u, v], [u, v], [u, v], [u, v]]}} in pixels ({wrong})."
@@ -253,7 +253,7 @@ def _too_few(used: int, count: int, what: str, refused: Sequence[reports.Refused
 
 def board_in(camera: Path) -> Board:
     """The board that stands in our own camera file. Raises BadInput where there is none."""
-    text = camera.read_text(encoding="utf-8", errors="replace")
+    text = text_of(camera.read_bytes(), camera.name)
     entry = read_json(text).get("board") if text.lstrip().startswith("{") else None
     try:
         columns, rows = entry["inner_corners"]  # type: ignore[index]

@@ -15,7 +15,7 @@ import numpy as np
 from core.calibration.files.camera_files import read_camera
 from core.calibration.files.pictures import own_names, read_colour, read_upright, size_words
 from core.errors import BadInput
-from core.files import folder_at, save
+from core.files import folder_at, save, text_of
 from core.geometry import OPTICAL, Transform
 from core.message import Array, message
 from core.optics import CameraModel
@@ -151,10 +151,10 @@ def read_questions(path: Path) -> list[PictureQuestion]:
     try:
         if path.stat().st_size > MOST_BYTES:
             raise BadInput(f"{path.name} is larger than {MOST_BYTES // 2**20} MB.")
-        rows = msgspec.json.decode(path.read_bytes(), type=list[QuestionRow])
+        rows = msgspec.json.decode(text_of(path.read_bytes(), path.name), type=list[QuestionRow])
     except OSError as trouble:
         raise BadInput(f"{path.name} cannot be read: {trouble.strerror or trouble}.") from None
-    except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError) as wrong:
+    except (msgspec.MsgspecError, RecursionError) as wrong:
         raise BadInput(f"{path.name} holds no list of questions: {str(wrong)[:120]}") from None
     if len(rows) > MOST_QUESTIONS:
         raise BadInput(f"{path.name} holds {len(rows)} questions; at most {MOST_QUESTIONS} are answered in one run.")

@@ -13,6 +13,7 @@ import numpy as np
 from core.calibration.files.pgm import HeadMismatch, in_8_bits, pgm_size, read_pgm
 from core.calibration.files.yaml_reading import read_yaml
 from core.errors import BadInput
+from core.files import text_of
 from core.message import Array
 from core.sentences import Statement
 from core.slam.map.occupancy import OccupancyGrid
@@ -209,9 +210,7 @@ def _member(box: zipfile.ZipFile, member: zipfile.ZipInfo, most: int) -> bytes:
 
 def _settings(text: bytes) -> dict[str, Any]:
     try:
-        return read_yaml(text.decode("utf-8"))
-    except UnicodeDecodeError:
-        raise BadInput(Statement("nav2.yaml", why="It is no text in UTF-8.")) from None
+        return read_yaml(text_of(text, "It"))
     except BadInput as wrong:
         raise BadInput(Statement("nav2.yaml", why=str(wrong))) from None
 

@@ -25,6 +25,7 @@ import msgspec
 import numpy as np
 
 from core.errors import BadInput
+from core.files import text_of
 from core.geometry import OPTICAL, Pose, Transform, rotation_of_rpy
 from core.robots import Capability, Profile
 from core.robots.device import Base, Equipment
@@ -146,9 +147,9 @@ def load_robot_file(path: Path) -> RobotFile:
     try:
         if path.stat().st_size > MAX_ROBOT_FILE_BYTES:
             raise BadInput(f"{path.name} is too large for a robot file; some ten lines are expected.")
-        text = path.read_text(encoding="utf-8")
-    except (OSError, ValueError):
-        raise BadInput(f"The robot file {path.name} cannot be read.") from None
+        text = text_of(path.read_bytes(), path.name)
+    except OSError as trouble:
+        raise BadInput(f"The robot file {path.name} cannot be read: {trouble.strerror or trouble}.") from None
     return parse_robot_file(text, path.name)
 
 

@@ -12,6 +12,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from core.errors import BadInput
+from core.files import text_of
 from core.geometry import Pose, Transform, rotation_of_rpy
 from core.message import Array, message
 
@@ -56,7 +57,7 @@ def load_body(path: Path) -> Body:
     try:
         if path.stat().st_size > MAX_URDF_BYTES:
             raise _too_large(path.name)
-        text = path.read_text(encoding="utf-8")
+        text = text_of(path.read_bytes(), path.name)
     except (OSError, ValueError):
         raise BadInput(f"The URDF {path.name} cannot be read.") from None
     return parse_body(text, path.name, path.parent)

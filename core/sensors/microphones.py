@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import BadInput
+from core.files import text_of
 from core.geometry import Pose
 from core.message import Array, message
 from core.sensors.checks import are_finite
@@ -218,7 +219,7 @@ def load_array(path: str | Path) -> MicrophoneArray:
     try:
         if file.stat().st_size > MAX_PROFILE_BYTES:
             raise BadInput(f"{file.name} is too large for an array profile; a few lines are expected.")
-        fields = tomllib.loads(file.read_text(encoding="utf-8"))
+        fields = tomllib.loads(text_of(file.read_bytes(), file.name))
     except tomllib.TOMLDecodeError as trouble:
         raise BadInput(f"{file.name} is not valid TOML: {trouble}.") from None
     except (OSError, ValueError):

@@ -10,7 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from core.errors import Unwritable
+from console.cli.speech_quality import read_text
+from core.calibration.files.camera_files import read_camera
+from core.errors import BadInput, Unwritable
 from core.files import (
     SEAL,
     UNFINISHED,
@@ -23,6 +25,13 @@ from core.files import (
     sealed,
     write_atomic,
 )
+from core.pipelines.calibrate import marked_corners
+from core.pipelines.look import read_questions
+from core.robots.robot_file import load_robot_file
+from core.robots.urdf import load_body
+from core.sensors.microphones import load_array
+from core.settings import load
+from core.speech.understanding.own_phrases import own_phrases
 
 
 def calls(monkeypatch: pytest.MonkeyPatch) -> list[str]:
@@ -184,3 +193,42 @@ def test_what_a_crash_left_is_removed_and_nothing_else(tmp_path: Path) -> None:
         "card.json",
         f"mine{UNFINISHED}",
     ]
+
+
+ARRAY = "positions_m = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]\n"
+CAMERA = (
+    "image_width: 640\nimage_height: 480\ndistortion_model: plumb_bob\n"
+    "camera_matrix: {rows: 3, cols: 3, data: [500, 0, 320, 0, 500, 240, 0, 0, 1]}\n"
+    "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n"
+)
+CORNERS = '{"one.png": [[0, 0], [9, 0], [9, 9], [0, 9]]}\n'
+TEXT_READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
+    "settings": ("[ekf]\ngate = 9.0\n", load),
+    "robot file": ('url = "sim:lab"\n', load_robot_file),
+    "array profile": (ARRAY, load_array),
+    "phrases": ('turn_left = ["swing over there"]\n', lambda path: own_phrases(str(path))),
+    "URDF": ('<robot name="r"><link name="base_link"/></robot>\n', load_body),
+    "camera": (CAMERA, read_camera),
+    "marked corners": (CORNERS, lambda path: marked_corners(path, ["one.png"])),
+    "questions": ('[{"picture": "one.png"}]\n', read_questions),
+    "what was said": ("turn left\n", read_text),
+}
+
+
+@pytest.mark.parametrize("kind", TEXT_READERS)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_every_reader_takes_text_as_editors_of_all_systems_write_it(tmp_path, kind, encoding):
+    text, read = TEXT_READERS[kind]
+    file = tmp_path / "file.txt"
+    file.write_bytes(text.replace("\n", "\r\n").encode(encoding))
+    assert read(file) is not None
+
+
+@pytest.mark.parametrize("kind", TEXT_READERS)
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "latin-1"])
+def test_no_reader_takes_what_is_no_text(tmp_path, kind, encoding):
+    text, read = TEXT_READERS[kind]
+    file = tmp_path / "file.txt"
+    file.write_bytes(f"{text}ÿÿ\n".encode(encoding))
+    with pytest.raises(BadInput, match=r"file\.txt is not a text file in UTF-8"):
+        read(file)

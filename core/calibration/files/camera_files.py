@@ -12,6 +12,7 @@ import numpy as np
 
 from core.calibration.files.yaml_reading import read_yaml
 from core.errors import BadInput
+from core.files import text_of
 from core.message import Array
 from core.optics import CameraModel
 from core.sensors.checks import UnusableReading, fault, faults_of, refusal
@@ -123,10 +124,7 @@ def read_camera(path: Path) -> CameraModel:
         raise BadInput(f"There is no camera file {path.name}.")
     if path.stat().st_size > MOST_BYTES:
         raise BadInput(f"{path.name} is larger than 1 MB; that is no camera file.")
-    try:
-        text = path.read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        raise BadInput(f"{path.name} is not a text file.") from None
+    text = text_of(path.read_bytes(), path.name)
     try:
         return parse_camera(text)
     except BadInput as wrong:

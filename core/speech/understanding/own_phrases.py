@@ -18,6 +18,7 @@ from core.commands.command import CommandSpec
 from core.commands.routes import START_ROUTE
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import BadInput
+from core.files import text_of
 from core.speech.understanding.grammar import OTHER_WORDS, OwnPhrase, OwnPhrases, compiled, says_stop, slips
 
 MOST_BYTES, MOST_PHRASES = 20_000, 50
@@ -52,7 +53,7 @@ def own_phrases(path: str) -> OwnPhrases:
     try:
         if file.stat().st_size > MOST_BYTES:
             raise BadInput(f"{file.name!r} is too long for a file of phrases.")
-        entries = tomllib.loads(file.read_text(encoding="utf-8"))
+        entries = tomllib.loads(text_of(file.read_bytes(), file.name))
     except OSError as trouble:
         raise BadInput(f"The phrases in {file.name!r} cannot be read ({trouble.strerror or trouble}).") from None
     except (ValueError, RecursionError) as trouble:
