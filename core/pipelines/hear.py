@@ -1,6 +1,7 @@
 """Sound files and recordings through the robot's ears, offline: where voices were, and what they said."""
 
 import contextlib
+import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -30,11 +31,13 @@ from core.sensors.microphones import MAX_SAMPLE, MicrophoneArray, Sound
 from core.settings import Settings
 from core.speech.recognition.decision import RecognizedUtterance, Verdict
 from core.speech.recognition.engines import ActiveEngine, open_engine
+from core.speech.recognition.recognizer import check_channel
 
 PIECE_S = 0.5  # of sound that are recognised at once
 AROUND_S = 0.3  # by which a direction may lie outside the utterance that it belongs to
 FAINTER_DB = 20.0  # below the loudest channel, from which on one is taken to be unused
 MIN_WHOLE_NUMBER_PEAK = 8.0  # times full scale, from which samples are taken for whole numbers written as fractions
+QUIET_S, MIN_UNBROKEN_S, MAX_QUIET_LEVEL = 0.1, 1.0, 0.25  # of every second of speech so much is below that level
 MAX_ELEVATION_SD_RAD = 0.5  # sd beyond which an elevation is not reported
 
 
@@ -124,8 +127,10 @@ class RecordingTranscriber:
         """
         began = time.perf_counter()
         given, recorded = self._read(path, progress)
+        if channel is not None:
+            check_channel(given, channel)
         sound, faults = in_full_scale(given)
-        faults += recorded.faults
+        faults += [*unbroken(sound), *recorded.faults]
         found: tuple[Direction, ...] = ()
         warnings = list(dict.fromkeys((*recorded.warnings, *(one.sentence for one in faults))))
         beam, finding = False, self._settings.direction_finding
@@ -236,6 +241,16 @@ def in_full_scale(sound: Sound) -> tuple[Sound, list[Fault]]:
     full = next(2.0 ** (bits - 1) for bits in (16, 24, 32) if peak <= 2.0 ** (bits - 1))
     units = fault("sound.units", used=True, peak=f"{peak:.0f}", full=f"{full:.0f}")
     return Sound(stamp=sound.stamp, rate=sound.rate, samples=sound.samples / full), [units]
+
+
+def unbroken(sound: Sound) -> list[Fault]:
+    """List what is said about a sound that is never quiet, as no speech is: noise, or numbers of another kind."""
+    length = round(QUIET_S * sound.rate)
+    pieces = len(sound.samples) // length
+    if pieces * QUIET_S < MIN_UNBROKEN_S:
+        return []
+    squares = np.square(sound.samples[: pieces * length]).reshape(pieces, -1).mean(1)
+    return [fault("sound.unbroken", used=True)] if math.sqrt(squares.min()) > MAX_QUIET_LEVEL else []
 
 
 def _direction(

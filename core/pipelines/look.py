@@ -1,12 +1,13 @@
 """People in picture files: the work of `beckon look`."""
 
 import math
+import re
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import NotRequired, TypedDict
+from typing import Any, NotRequired, TypedDict
 
 import cv2
 import msgspec
@@ -93,6 +94,10 @@ class QuestionRow(msgspec.Struct, frozen=True, kw_only=True):
     fov_rad: float | None = None
 
 
+QUESTION_KEYS = QuestionRow.__struct_fields__
+OTHER_UNIT = re.compile(r"(azimuth|azimuth_sd|distance|fov)(_(rad|deg|degrees|m|mm|cm))?", re.IGNORECASE)
+
+
 def look_each(
     questions: Sequence[PictureQuestion],
     settings: PeopleSettings,
@@ -151,11 +156,16 @@ def read_questions(path: Path) -> list[PictureQuestion]:
     try:
         if path.stat().st_size > MOST_BYTES:
             raise BadInput(f"{path.name} is larger than {MOST_BYTES // 2**20} MB.")
-        rows = msgspec.json.decode(text_of(path.read_bytes(), path.name), type=list[QuestionRow])
+        entries = msgspec.json.decode(text_of(path.read_bytes(), path.name), type=list[dict[str, Any]])
+        rows = msgspec.convert(entries, list[QuestionRow])
     except OSError as trouble:
         raise BadInput(f"{path.name} cannot be read: {trouble.strerror or trouble}.") from None
     except (msgspec.MsgspecError, RecursionError) as wrong:
         raise BadInput(f"{path.name} holds no list of questions: {str(wrong)[:120]}") from None
+    for name in dict.fromkeys(key for entry in entries for key in entry if key not in QUESTION_KEYS):
+        if meant := OTHER_UNIT.fullmatch(name):
+            own = next(key for key in QUESTION_KEYS if key.rpartition("_")[0] == meant[1].lower())
+            raise BadInput(f"{path.name} says {name}, which is not read; write {own}.")
     if len(rows) > MOST_QUESTIONS:
         raise BadInput(f"{path.name} holds {len(rows)} questions; at most {MOST_QUESTIONS} are answered in one run.")
     return [

@@ -16,7 +16,7 @@ import pytest
 
 from console.__main__ import main
 from console.cli.hear import in_words
-from core.pipelines.hear import HeardRecording, RecordingTranscriber, first_heard
+from core.pipelines.hear import HeardRecording, RecordingTranscriber, first_heard, unbroken
 from core.progress import UNSEEN, WorkProgress
 from core.recording.mcap_writing import McapRecording
 from core.recording.ros_writing import RosEncoder
@@ -288,3 +288,49 @@ def test_a_recording_is_heard_as_the_same_sound_in_a_file_is(
     write_plain_mcap(tmp_path / "mute.mcap", robot_messages(two, scans=2))
     assert locate(str(tmp_path / "mute.mcap")) == 1
     assert "mute.mcap holds no sound that can be read." in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("channel", [-1, 4, 99])
+@pytest.mark.parametrize("with_array", [False, True])
+def test_a_channel_that_the_sound_has_not_is_told(
+    channel: int, with_array: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = recorded(tmp_path / "voice.wav")
+    told = hear(file, "--channel", str(channel), *(("--array", "respeaker-odas") if with_array else ()))
+    assert told == 1
+    assert (
+        f"The sound has 4 channel(s); channel {channel}, counted from 0, is none of them." in capsys.readouterr().err
+    )
+
+
+def told_as(samples: np.ndarray, held: str, told: str) -> np.ndarray:
+    """Samples in full scale that were written as one kind of number and are read as another."""
+    full = {"<i2": 2**15, "<i4": 2**31, "i1": 2**7, "u1": 2**7}
+    numbers = samples if held == "<f4" else samples * (full[held] - 1) + (128 if held == "u1" else 0)
+    read = np.frombuffer(numbers.astype(held).tobytes(), told).astype(float)
+    return (read - (128 if told == "u1" else 0)) / full[told]
+
+
+@pytest.mark.parametrize(
+    ("held", "told", "wrong"),
+    [
+        ("<i2", "<i2", False),
+        ("u1", "u1", False),
+        ("u1", "<i2", True),
+        ("i1", "u1", True),
+        ("u1", "i1", True),
+        ("<f4", "<i4", True),
+    ],
+)
+def test_samples_of_another_kind_than_the_header_says_are_told(
+    held: str, told: str, wrong: bool, tmp_path: Path
+) -> None:
+    voice = read_sound(recorded(tmp_path / "voice.wav", channels=1))
+    samples = told_as(voice.samples[:, 0], held, told)
+    found = unbroken(replace(voice, samples=samples.reshape(-1, 1)))
+    assert [one.code for one in found] == ["sound.unbroken"] * wrong
+
+
+def test_speech_that_is_clipped_is_not_loud_all_the_time(tmp_path: Path) -> None:
+    voice = read_sound(recorded(tmp_path / "voice.wav", channels=1))
+    assert not unbroken(replace(voice, samples=np.clip(50 * voice.samples, -1, 1)))

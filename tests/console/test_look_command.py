@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from console.__main__ import main
+from core.errors import BadInput
 from core.perception.people.pose.detector import PoseDetector
 from core.pipelines import look as pipeline
 from tests.core.perception.stick_figures import StickNetworks, white_body
@@ -126,7 +127,7 @@ def test_bad_pictures_get_a_sentence_soon(folder, capsys, content: bytes, words:
         ("[1]", "no list"),
         ('[{"azimuth_rad": 1}]', "picture"),
         ("[" * 5000, "no list"),
-        ("\xff", "no list"),
+        ("\xff", "is not a text file"),
     ],
 )
 def test_a_bad_file_of_questions_is_named(folder, capsys, text: str, words: str) -> None:
@@ -178,3 +179,29 @@ def test_each_picture_is_told_when_it_was_looked_at_and_an_interrupted_batch_kee
     assert told["engine"] == "pose"
     printed.clear()
     assert main(["look", *files]) == 130 and printed[1].startswith("one.png: someone")
+
+
+@pytest.mark.parametrize(
+    ("key", "own"),
+    [
+        ("azimuth_deg", "azimuth_rad"),
+        ("azimuth", "azimuth_rad"),
+        ("Azimuth_Rad", "azimuth_rad"),
+        ("azimuth_sd_deg", "azimuth_sd_rad"),
+        ("distance_mm", "distance_m"),
+        ("fov_deg", "fov_rad"),
+        ("fov", "fov_rad"),
+        ("truth", None),
+        ("picture_id", None),
+    ],
+)
+def test_a_question_in_another_unit_is_refused_and_not_answered_without_it(
+    key: str, own: str | None, tmp_path: Path
+) -> None:
+    file = tmp_path / "ask.json"
+    file.write_text(json.dumps([{"picture": "a.jpg"}, {"picture": "b.jpg", key: 1}]))
+    if own is None:
+        assert len(pipeline.read_questions(file)) == 2
+        return
+    with pytest.raises(BadInput, match=rf"ask\.json says {key}, which is not read; write {own}\."):
+        pipeline.read_questions(file)

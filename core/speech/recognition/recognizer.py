@@ -104,11 +104,16 @@ class StreamingRecognizer(Protocol):
 
 def for_words(sound: Sound, channel: int = 0) -> Sound:
     """One channel of any sound at 16 kHz, as recognizers want it. Raises BadInput with a sentence."""
+    check_channel(sound, channel)
+    return at_16_khz(Sound(stamp=sound.stamp, rate=sound.rate, samples=sound.samples[:, channel : channel + 1]))
+
+
+def check_channel(sound: Sound, channel: int) -> None:
+    """Raise BadInput where a sound has no channel of this number."""
     if not 0 <= channel < sound.channels:
         raise BadInput(
             f"The sound has {sound.channels} channel(s); channel {channel}, counted from 0, is none of them."
         )
-    return at_16_khz(Sound(stamp=sound.stamp, rate=sound.rate, samples=sound.samples[:, channel : channel + 1]))
 
 
 def at_16_khz(sound: Sound) -> Sound:
