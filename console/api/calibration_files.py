@@ -100,7 +100,10 @@ async def export(id: Id, form: Form, calibration_service: CalibrationSessions) -
 @calibration_files.get("/calibration/in-use")
 @needs("viewer")
 async def active(calibration_service: CalibrationSessions) -> ActiveCalibrations:
-    """The accepted calibrations, each with who accepted it when, and why it is not used, or ''; null: as built."""
+    """The accepted calibrations; null: as built.
+
+    Each with who accepted it when, why it is not used, or '', and whether there is a former one to take back.
+    """
     return ActiveCalibrations(**calibration_service.used())
 
 
@@ -109,7 +112,7 @@ async def active(calibration_service: CalibrationSessions) -> ActiveCalibrations
 async def undo(
     asked: UndoRequest, calibration_service: CalibrationSessions, history: HistoryInUse, who: Operator
 ) -> ActiveCalibrations:
-    """Take the former calibration back."""
+    """Take the former calibration back; where there is none, the nominal values are used."""
     await calibration_service.undo(asked.kind)
     history.add("calibration", who, words=f"undo {asked.kind}")
     return ActiveCalibrations(**calibration_service.used())

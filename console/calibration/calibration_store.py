@@ -13,6 +13,7 @@ import json
 import logging
 import os
 import time
+from contextlib import suppress
 from pathlib import Path
 from threading import Lock
 
@@ -46,6 +47,7 @@ class CalibrationStore:
         self._turn = Lock()
         self.troubles: list[str] = []  # of files that are there but cannot be used
         self.left_out: dict[CalibrationKind, str] = {}  # why one that was accepted is not used in this run
+        self._formers: set[CalibrationKind] = set()  # kinds of which a former one can be taken back
 
     def open(self) -> None:
         """Read the files; a file that cannot be used stays where it is and is reported in `troubles`."""
@@ -58,6 +60,7 @@ class CalibrationStore:
                 why = str(wrong).rstrip(".")
                 self.troubles.append(f"The calibration in {path.name} cannot be used: {why}. Calibrate again.")
                 log.warning(self.troubles[-1])
+            self._look_for_former(kind)
 
     @property
     def camera(self) -> CameraModel | None:
@@ -83,7 +86,7 @@ class CalibrationStore:
         accepted = document.get("accepted") or {}
         report = accepted.get("report") or plain_report(document, kind)
         acceptance = {"accepted_s": accepted.get("when_s"), "accepted_by": accepted.get("who")}
-        return {**report, **acceptance, "verified": SEAL in document}
+        return {**report, **acceptance, "verified": SEAL in document, "former": kind in self._formers}
 
     def put(self, kind: CalibrationKind, document: Document, report: Document, who: str) -> None:
         """Use it from now on. Raises BadInput for a document that does not hold together, Unwritable."""
@@ -95,6 +98,7 @@ class CalibrationStore:
                 file.write(json.dumps(whole, indent=1).encode())
             self._documents[kind] = whole
             self.left_out.pop(kind, None)
+            self._look_for_former(kind)
 
     def undo(self, kind: CalibrationKind) -> None:
         """Take the former back; the present one is kept aside.
@@ -119,6 +123,13 @@ class CalibrationStore:
             else:
                 self._documents[kind] = former[1]
             self.left_out.pop(kind, None)
+            self._look_for_former(kind)
+
+    def _look_for_former(self, kind: CalibrationKind) -> None:
+        self._formers.discard(kind)
+        with suppress(OSError):
+            if self._former(kind) is not None:
+                self._formers.add(kind)
 
     def _former(self, kind: CalibrationKind) -> tuple[Path, Document] | None:
         """The newest former that can be used; a damaged one is passed over and stays. Raises OSError."""

@@ -69,6 +69,30 @@ def test_a_phones_speed_takes_two_lines_and_the_link_keeps_how_quickly_stop_was_
     expect(here.find("link-chip .pairs")).to_contain_text(re.compile(r"Your last STOP\s*answered after \d+ ms"))
 
 
+def test_the_speed_of_a_command_stands_beside_that_of_the_hand_and_the_card_does_not_grow(visit: Open) -> None:
+    here = visit(size=DESK)
+    pad, speed = here.find("drive-pad"), here.find(".top-speed")
+    sizes = (DESK, (1100, 760), (820, 1180), PHONE)
+
+    def heights() -> list[float]:
+        found: list[float] = []
+        for width, height in sizes:
+            here.page.set_viewport_size({"width": width, "height": height})
+            here.laid_out()
+            found.append((pad.bounding_box() or {"height": 0.0})["height"])
+        return found
+
+    expect(speed).to_contain_text("Speed 3")
+    standing = heights()
+    here.say("continue 3 meters")
+    expect(speed).to_contain_text(re.compile(r"by command 0\.10.m/s"))
+    assert heights() == standing
+    expect(speed).to_contain_text(re.compile(r"0\.18.m/s"))  # that of the hand, as before
+    here.button("STOP").click()
+    expect(here.find(".top-command")).to_be_hidden()
+    here.still()
+
+
 def test_holding_w_drives_the_robot_and_letting_go_stops_it(visit: Open, console: Running) -> None:
     here = visit()
     start = console.truth()

@@ -243,3 +243,19 @@ def test_experiments_are_listed_and_one_is_cancelled(visit: Open, console: Runni
     here.until(lambda: console.ask("api/experiments")["runs"][0]["state"] == "cancelled", "it was cancelled")
     here.page.get_by_role("button", name=re.compile("^Delete: Figure 16")).first.click()
     expect(here.find("experiment-runs .rows li")).to_have_count(0)
+
+
+def test_until_the_experiments_are_read_their_table_stands_there_without_words(visit: Open) -> None:
+    held: list[Route] = []
+    here = visit(before=lambda page: page.route("**/api/experiments", lambda route: held.append(route)))
+    open_page(here, "Experiments")
+    rows, status = here.find(".experiment-skeleton"), here.find("experiment-list [role=status]")
+    expect(rows).to_have_count(4)
+    expect(rows.first).to_be_visible()
+    assert rows.first.get_attribute("aria-hidden") == "true"
+    expect(status).to_have_text("Reading what experiments there are…")
+    here.until(lambda: bool(held), "they are asked for")
+    here.page.unroute("**/api/experiments")  # lets those go on that were held
+    expect(here.find("[data-experiment]").first).to_be_visible()
+    expect(rows).to_have_count(0)
+    expect(status).to_have_text("")

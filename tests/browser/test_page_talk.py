@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Page, expect
 
 from core.models import MODEL, find
 from core.recording.sound_file import read_sound, write_wav
 from core.sensors.microphones import Sound
+from core.sentences import Statement, plain
 from core.speech.recognition.recognizer import at_16_khz
 from tests.browser.running_console import Running
 from tests.browser.visit import DESK, FLAT, PHONE, Visit
@@ -106,6 +107,24 @@ def test_words_are_shown_while_they_are_said_and_refused_ones_are_said_back(
     picture(here, f"refused_{name}")
     expect(status.get_by_role("group", name="Did you mean").get_by_role("button").first).to_be_visible()
     here.page.keyboard.press("Escape")
+
+
+def test_what_a_better_model_gives_is_said_in_the_language_of_the_page(visit: Open) -> None:
+    drawn = plain(Statement("people.embedded"))
+
+    def german(page: Page) -> None:
+        page.add_init_script("localStorage.setItem('beckon.language', 'de')")
+        told = {"active": drawn, "installed": False, "megabytes": 36, "licence": "Apache-2.0"}
+        people, words = told | {"gives": "See real people"}, told | {"gives": "Understand people better"}
+        page.route("**/api/looking", lambda route: route.fulfill(json=people))
+        page.route("**/api/recognizer", lambda route: route.fulfill(json=words))
+
+    here = visit(before=german, at="people")
+    expect(here.button("Echte Personen sehen: 36 MB")).to_be_visible()
+    expect(here.find("people-known")).not_to_contain_text(drawn)
+    here.go("")
+    here.button("Mikrofon").click()
+    expect(here.button("Menschen besser verstehen: 36 MB")).to_be_visible()
 
 
 @pytest.mark.parametrize("size", [DESK, pytest.param(PHONE, marks=pytest.mark.campaign)], ids=["desk", "phone"])

@@ -218,9 +218,55 @@ def test_a_notice_passes_once_and_changes_and_ends_where_it_stands(visit: Open) 
     assert toasts.count() == 0
 
 
-def notice(level: str, text: str) -> dict[str, object]:
+def notice(level: str, text: str, number: int = 900) -> dict[str, object]:
     """The one that is told of."""
-    return {"id": 900, "stamp_s": 1.0, "level": level, "text": text}
+    return {"id": number, "stamp_s": 1.0, "level": level, "text": text}
+
+
+def test_a_notice_gives_way_to_a_newer_one_on_a_phone_and_to_a_sentence_that_says_it(
+    visit: Open, console: Running
+) -> None:
+    line = Doctored()
+    line.change = {"notices": []}
+    here = visit(size=PHONE, before=line.lie_between)
+    toasts = here.find("notice-toasts")
+    first, second, third = notice("info", "One.", 900), notice("info", "Two.", 901), notice("warning", "Three.", 902)
+    line.change = {"notices": [first]}
+    expect(here.find(".toast")).to_have_text(["One."])
+    line.change = {"notices": [first, second]}
+    expect(toasts.get_by_text("Two.")).to_be_visible()
+    expect(toasts.get_by_text("One.")).to_be_hidden()
+    line.change = {"notices": [first, second, third]}
+    expect(toasts.get_by_text("Three.")).to_be_visible()
+    expect(toasts.get_by_text("Two.")).to_be_hidden()
+    here.page.set_viewport_size({"width": 1440, "height": 900})
+    expect(toasts.get_by_text("One.")).to_be_visible()  # there is room for all
+    here.page.set_viewport_size({"width": PHONE[0], "height": PHONE[1]})
+    expect(here.find("map-switch")).to_be_visible()
+    console.ask("api/halt", {})
+    banner = here.find(".banner").filter(has_text="Halted")
+    expect(banner).to_be_visible()
+    assert here.find("map-switch").evaluate("one => getComputedStyle(one).visibility") == "hidden"
+    words = banner.locator(".banner-text").inner_text()
+    line.change = {"notices": [first, second, third, notice("info", words, 903)]}
+    expect(here.find("notice-list .record").filter(has_text=words)).to_have_count(1)
+    expect(here.find(".toast").filter(has_text=words)).to_have_count(0)  # the banner says it
+    console.ask("api/halt/reset", {})
+    expect(here.find("map-switch")).to_be_visible()
+
+
+def test_no_figure_is_written_with_a_hyphen_for_its_minus(visit: Open) -> None:
+    line = Doctored()
+    here = visit(before=line.lie_between)
+    pose = {"x_m": -1.5, "y_m": -0.25, "heading_rad": -0.5, "cov": [[1e-4, 0, 0], [0, 1e-4, 0], [0, 0, 1e-4]]}
+    line.change = {"pose": pose, "velocity": {"v_m_s": -0.1, "w_rad_s": -0.5}}
+    expect(here.find("estimate-line")).to_contain_text("−1.50 m")
+    expect(here.find("estimate-line")).to_contain_text("−28.6°")
+    expect(here.find("drive-pad")).to_contain_text("−0.10 m/s")
+    for name in ("Estimate", "Voices", "SLAM", "Places", "History"):
+        here.open_tab(name)
+        hyphens = re.findall(r"(?:^|[\s±(])-\d\S*", here.find("body").inner_text())
+        assert hyphens == [], name
 
 
 def test_what_to_say_where_stands_beside_what_is_heard(visit: Open, console: Running) -> None:

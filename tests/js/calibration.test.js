@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
-import { standing } from "../../static/js/calibration/active-calibration.js";
+import { standing, takenBack, takesBack } from "../../static/js/calibration/active-calibration.js";
 import { hint } from "../../static/js/calibration/board-hint.js";
 import { cameraRows, decimals, mountRows, poseRows } from "../../static/js/calibration/figures.js";
 import { figures, heat, heatWords, known, share } from "../../static/js/calibration/progress.js";
@@ -254,4 +254,14 @@ test("the poses of the board stand with their standard deviations, and only thos
 
 test("before the first solution the views are counted once, against the number that is needed", () => {
   assert.deepEqual(figures(session({ views: 2 })), { figure: "2", goal: "of 6 views at least" });
+});
+
+test("a former calibration is offered only where there is one; else the nominal values", () => {
+  const first = { fx: 300, former: false };
+  assert.deepEqual(
+    [takesBack({ ...first, former: true }), takesBack(first)],
+    ["Take the former one back", "Use the nominal values"],
+  );
+  assert.match(takenBack(first), /the former one is in use again/);
+  assert.match(takenBack(null), /the nominal values are used now/);
 });

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { besideChapter, doingOf, inSymbols, shortestFirst } from "../../static/js/experiments/runs-model.js";
+import { besideChapter, doingOf, figure, inSymbols, shortestFirst } from "../../static/js/experiments/runs-model.js";
 
 /** @param {string} name @param {number} base_s @param {number} run_s @param {number} runs */
 const one = (name, base_s, run_s, runs) => ({
@@ -44,4 +44,15 @@ test("the chapter's symbols are written as it prints them, other names as they a
     "k1(r)",
     "success_u",
   ]);
+});
+
+test("a figure has as many digits as it deserves and a true minus sign, and nought has none", () => {
+  const figures = [
+    figure(-7.014, "px"),
+    figure(-0.0123, "m"),
+    figure(-0.0001, "m"),
+    figure(301.46, ""),
+    figure(null, "m"),
+  ];
+  assert.deepEqual(figures, ["−7.01 px", "−0.012 m", "0.000 m", "301.5", "–"]);
 });

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { ToGo } from "../../static/js/ui/to-go.js";
+import { commandSpeed, ToGo } from "../../static/js/ui/to-go.js";
 import { STATE } from "./view.js";
 
 /** @import { State } from "../../static/js/net/messages.js" */
@@ -68,4 +68,20 @@ test("a turn has seconds only; a command without an end, one that stands still, 
   const stuck = new ToGo();
   stuck.saw(driving(1, 0.5));
   assert.equal(stuck.saw(driving(3, 0.5)).join(), "1.5 m");
+});
+
+test("a command that drives has the robot's speed; a turn, the way to a person and what has ended have none", () => {
+  /** @param {string} name */
+  const speed = (name, state = "running") =>
+    commandSpeed(driving(1, 0, { command: { ...STATE.command, name, state } }), 0.1);
+  assert.deepEqual(
+    ["continue", "stop_at", "follow_wall", "start"].map((name) => speed(name)),
+    [0.1, 0.1, 0.1, 0.1],
+  );
+  assert.deepEqual(
+    ["turn_left", "come_here", "follow_me"].map((name) => speed(name)),
+    [null, null, null],
+  );
+  assert.equal(speed("continue", "done"), null);
+  assert.equal(commandSpeed({ command: null }, 0.1), null);
 });

@@ -25,6 +25,22 @@ export function inWords(kind, report) {
   return t("active-calibration.in_use_focalsurewhen", { focal, sure, when });
 }
 
+/** What taking it back brings into use, as a button says it. @param {Record<string, any> | null | undefined} report */
+export const takesBack = (report) =>
+  t(
+    report?.["former"] === false
+      ? "active-calibration.use_the_nominal_values"
+      : "active-calibration.take_the_former_one_back",
+  );
+
+/** @param {Record<string, any> | null} former the calibration that is in use now */
+export const takenBack = (former) =>
+  t("active-calibration.taken_back_value_to_undo_this", {
+    value: former
+      ? t("active-calibration.the_former_one_is_in_use")
+      : t("active-calibration.the_nominal_values_are_used_now"),
+  });
+
 /**
  * What became of a session, in words.
  * @param {import("../net/rest.js").SessionRow} row

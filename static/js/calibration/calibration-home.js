@@ -1,10 +1,10 @@
 // Start page of the calibration: active calibrations, sessions begun before, and the three wizards.
 
 import { address } from "../net/api.js";
-import { cardHead, icon, iconButton, isNew, make, write } from "../ui/element.js";
+import { cardHead, icon, iconButton, isNew, make, mark, write } from "../ui/element.js";
 import { sure } from "../ui/row-question.js";
 import { t } from "../ui/texts.js";
-import { inWords, since, standing } from "./active-calibration.js";
+import { inWords, since, standing, takenBack, takesBack } from "./active-calibration.js";
 import * as api from "./api.js";
 import { orientationInWords, read as readMicrophones } from "./microphones-api.js";
 import { RobotCamera } from "./picture-source.js";
@@ -137,6 +137,8 @@ class CalibrationHome extends WizardStep {
       card.used.toggleAttribute("data-some", report !== null);
       card.start.hidden = !may;
       card.undo.hidden = !may || report === null;
+      write(card.undo, takesBack(report));
+      mark(card.undo, "aria-label", `${takesBack(report)}: ${CALLED[kind]}`);
       card.report.hidden = report === null;
       write(card.why, may ? "" : t("calibration-home.you_are_watching_only_an_operator"));
     }
@@ -159,7 +161,7 @@ class CalibrationHome extends WizardStep {
 
   /** @param {Row} row */
   #row(row) {
-    const what = row.kind === "camera" ? t("calibration-home.camera") : t("calibration-home.laser_on_the_camera");
+    const what = CALLED[row.kind];
     const how = standing(row, this.model.inUse?.[row.kind]);
     const [one, more] = COUNTED[row.kind === "camera" ? "camera" : "laser"];
     const count = t(row.views === 1 ? one : more, { count: row.views });
@@ -212,13 +214,8 @@ class CalibrationHome extends WizardStep {
   }
 }
 
-/** @param {Record<string, any> | null} former the calibration that is in use now */
-const takenBack = (former) =>
-  t("calibration-home.taken_back_value_to_undo_this", {
-    value: former
-      ? t("calibration-home.the_former_one_is_in_use")
-      : t("calibration-home.the_nominal_values_are_used_now"),
-  });
+/** @type {Readonly<Record<Kind, string>>} */
+const CALLED = { camera: t("calibration-home.camera"), laser: t("calibration-home.laser_on_the_camera") };
 
 /** @type {Readonly<Record<Kind, string>>} */
 const NOTHING = {
@@ -237,8 +234,7 @@ function wizard(kind, drawing, name, says) {
   const why = make("p.note");
   const start = make("button.button.primary.large", t("calibration-home.begin"));
   start.setAttribute("aria-describedby", `about-${kind}`);
-  const undo = make("button.button.plain", t("calibration-home.take_the_former_one_back"));
-  undo.setAttribute("aria-label", t("calibration-home.take_the_former_one_back_name", { name }));
+  const undo = make("button.button.plain");
   const href = address(`api/reports/calibration/${kind}`).href;
   const report = make("a.button.plain", { href, download: "", hidden: true }, t("calibration-home.report"));
   const card = make(

@@ -5,6 +5,7 @@ import { sentenceOf } from "../net/api.js";
 import { cardHead, icon, isNew, make, mark, redraw, write } from "../ui/element.js";
 import { sure } from "../ui/row-question.js";
 import { inLanguage, t } from "../ui/texts.js";
+import { takenBack, takesBack } from "./active-calibration.js";
 import * as api from "./api.js";
 import { GainsCard } from "./capture-cards.js";
 import { ExportsCard, FieldsCard, FindingsCard, PosesCard, ValuesCard } from "./review-cards.js";
@@ -84,7 +85,7 @@ class CalibrationReview extends WizardStep {
     { onclick: () => void this.model.request(api.solve) },
     t("calibration-review.solve_again"),
   );
-  #undo = make("button.button", t("calibration-review.take_the_former_one_back"));
+  #undo = make("button.button");
   #next = make("a.button.primary.large", { href: "#new=laser" }, t("calibration-review.now_the_laser"));
   #says = make("p.review-says", { role: "alert" });
   #head = make(
@@ -145,6 +146,7 @@ class CalibrationReview extends WizardStep {
     if (!calibration) return;
     const { kind, progress, views, solution, solving } = calibration;
     const { used } = this.model;
+    const inUse = this.model.inUse?.[kind] ?? null;
     const older = !used && typeof calibration.accepted_s === "number";
     const good = progress.ready;
     const word = kind === "camera" ? "view" : "pose";
@@ -160,7 +162,7 @@ class CalibrationReview extends WizardStep {
             ? t("calibration-review.not_yet_exact_enough")
             : t("calibration-review.no_solution_yet"),
     );
-    const former = calibration.active_compare ? KEPT : "";
+    const former = inUse?.["former"] ? KEPT : "";
     const foreign = solution && kind === "camera" ? FOREIGN[calibration.source] : "";
     write(
       this.#words,
@@ -176,6 +178,7 @@ class CalibrationReview extends WizardStep {
     mark(this.#accept, "class", `button large${good ? " primary" : ""}`);
     this.#again.hidden = !may || views.length < 4 || solving !== null;
     this.#undo.hidden = !may || !used;
+    if (!this.#undo.dataset["asks"]) write(this.#undo, takesBack(inUse));
     this.#next.hidden = !may || !used || kind !== "camera" || calibration.source !== "robot";
     write(this.#more, t("calibration-review.take_more_words", { words: inLanguage(`${word}s`) }));
     mark(this.#more, "class", `button${!good && !used ? " primary large" : ""}`);
@@ -218,7 +221,7 @@ class CalibrationReview extends WizardStep {
     if (!calibration) return;
     const done = await this.model.tried(() => api.undo(calibration.kind));
     if (done === null) return;
-    this.session.announce(t("calibration-review.the_former_calibration_is_in_use"));
+    this.session.announce(takenBack(done[calibration.kind] ?? null));
     this.model.go({ at: "home" });
   }
 }

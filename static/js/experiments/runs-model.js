@@ -1,6 +1,7 @@
 // Client model of the experiments page: what there is, all runs, the selected one, and requests to the server.
 
 import { address } from "../net/api.js";
+import { fixed } from "../ui/format.js";
 import { RunsModel } from "../ui/page-model.js";
 import { t, translate } from "../ui/texts.js";
 
@@ -137,5 +138,5 @@ function writeName(figure) {
 export function figure(value, unit) {
   if (value === null) return "–";
   const digits = Math.abs(value) >= 100 ? 1 : Math.abs(value) >= 1 ? 2 : 3;
-  return `${value.toFixed(digits)}${unit && ` ${unit}`}`.replace("-", "−");
+  return `${fixed(value, digits)}${unit && ` ${unit}`}`;
 }

@@ -6,6 +6,7 @@ import { icon, make, mark, write } from "../ui/element.js";
 import { speed, turnRate } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
+import { commandSpeed } from "../ui/to-go.js";
 
 /** @import { OperatorInput } from "../drive/operator-input.js" */
 /** @import { View } from "../net/session.js" */
@@ -30,11 +31,12 @@ export class DrivePad extends Panel {
   );
   #less = make("button.button", { "aria-label": t("drive-pad.slower") }, "−");
   #more = make("button.button", { "aria-label": t("drive-pad.faster") }, "+");
-  #preset = make("span");
+  #preset = make("span.top-preset");
   #top = make("span.top-hand");
   #most = make("span.top-most"); // the same where it has half the room
+  #commanded = make("span.top-command", { hidden: true });
   #moving = make("span.moving");
-  #turning = make("span.note");
+  #turning = make("span.note.turning");
   #why = make("p.drive-why");
   /** @type {OperatorInput | null} */
   #operatorInput = null;
@@ -54,7 +56,7 @@ export class DrivePad extends Panel {
         make("p.drive-figures", this.#moving, this.#turning),
         this.#presets,
         make("div.stepper", this.#less, this.#more),
-        make("span.top-speed", this.#preset, this.#top, this.#most),
+        make("span.top-speed", this.#preset, this.#top, this.#most, this.#commanded),
         this.#why,
       ),
     );
@@ -112,6 +114,10 @@ export class DrivePad extends Panel {
     const most = speed(drive.slow ? SLOW * top : top).replace(" ", "\u00a0");
     write(this.#top, t("drive-pad.up_to", { speed: most }));
     write(this.#most, t("drive-pad.at_most", { speed: most }));
+    const command = commandSpeed(state, hello.robot.cruise_m_s);
+    this.#commanded.hidden = command === null;
+    if (command !== null)
+      write(this.#commanded, t("drive-pad.by_command", { speed: speed(command).replace(" ", "\u00a0") }));
     this.#less.disabled = drive.preset === 1;
     this.#more.disabled = drive.preset === PRESETS.length;
     write(this.#moving, up ? speed(state.velocity.v_m_s) : "–");

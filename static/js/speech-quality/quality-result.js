@@ -3,7 +3,7 @@
 
 import { since } from "../calibration/active-calibration.js";
 import { isNew, make, write } from "../ui/element.js";
-import { timeOfDay } from "../ui/format.js";
+import { fixed, timeOfDay } from "../ui/format.js";
 import { meter } from "../ui/meter.js";
 import { PagePanel } from "../ui/panel.js";
 import { RunList, RunProgress } from "../ui/run-parts.js";
@@ -92,7 +92,7 @@ const place = ({ distance_m, snr_db }) =>
   t("quality-result.at_distancem_m_and_signed_db", { distancem: distance_m, signed: signed(snr_db) });
 
 /** @param {number} value */
-const signed = (value) => String(value).replace("-", "−");
+const signed = (value) => fixed(value, Number.isInteger(value) ? 0 : 1);
 
 /** @param {Place} place @returns {HTMLElement[]} */
 const headOf = ({ distance_m, snr_db }) => [

@@ -10,6 +10,17 @@ const LEAST_S = 1; // of motion before which the seconds are those at the speed 
 const MOVES_M_S = 0.02;
 const LONGEST_S = 600;
 
+const AT_CRUISE = ["continue", "stop_at", "follow_wall", "start"]; // turns have no speed, who goes to a person their own
+
+/**
+ * The speed at which the running command drives, at most.
+ * @param {Pick<State, "command">} state
+ * @param {number} cruise [m/s]
+ * @returns {number | null} [m/s]; null: none runs, or not at that of the robot
+ */
+export const commandSpeed = ({ command }, cruise) =>
+  command?.state === "running" && AT_CRUISE.includes(command.name) ? cruise : null;
+
 export class ToGo {
   #id = 0; // of the command
   /** @type {Array<{at: number, left: number}>} [s] of the robot's clock; metres, or share of the whole */

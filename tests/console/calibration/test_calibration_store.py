@@ -82,16 +82,18 @@ def test_what_is_accepted_is_used_at_once_and_after_a_restart_and_can_be_taken_b
     assert report.status == 200 and report.json["fx"] == fx
     assert wizard.told["accepted_s"] > 0
     assert active(live)["camera"]["fx"] == fx and seen_with(live) == fx
+    assert active(live)["camera"]["former"] is False  # taking it back would bring the nominal values
     document = live.ask("GET", "/api/reports/calibration/camera", token=live.viewer).body.decode()
     assert f"<td>accepted</td><td>{clock(active(live)['camera']['accepted_s'])}</td>" in document
     assert bring(live, ros_yaml(NEAR)) == 200
-    assert seen_with(live) == NEAR.fx
+    assert seen_with(live) == NEAR.fx and active(live)["camera"]["former"] is True
     assert Wizard(live, "laser", "robot").told["kind"] == "laser"
     after_a_restart = CalibrationStore(home(live))
     after_a_restart.open()
     profile, reasons = calibrated(live.robot.profile, after_a_restart)
     assert profile.camera is not None and profile.camera.model.fx == NEAR.fx and reasons == {}
-    assert undo(live) == 200 and seen_with(live) == fx
+    assert (after_a_restart.report("camera") or {})["former"] is True
+    assert undo(live) == 200 and seen_with(live) == fx and active(live)["camera"]["former"] is False
     assert undo(live) == 200 and seen_with(live) == TABLE_3.fx
     assert active(live)["camera"] is None
     assert len(list(home(live).glob("camera-taken-back-*.json"))) == 2
