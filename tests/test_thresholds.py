@@ -3,12 +3,14 @@
 import dataclasses
 import re
 from importlib.util import find_spec
+from inspect import signature
 from pathlib import Path
 
 import pytest
 
 from core.experiments import EXPERIMENTS
 from core.settings import Settings
+from tests.benchmarks import array_faults
 
 PAGE = (Path(__file__).parents[1] / "static/docs/reference/thresholds.md").read_text(encoding="utf-8")
 PARTS = dict(part.split("\n", 1) for part in PAGE.split("\n## ")[1:])
@@ -64,7 +66,7 @@ def test_what_sets_are_drawn_from_exists_and_is_read_as_it_is_written() -> None:
     sources = {source for drawn in DRAWN.values() for source, _ in drawn}
     assert all(one in EXPERIMENTS or find_spec(one) for one in sources)
     (faults,) = DRAWN["array-faults"]
-    assert f"default={faults[1]})" in (Path(__file__).parents[1] / "tests/benchmarks/array_faults.py").read_text()
+    assert signature(array_faults.main).parameters["seed"].default == faults[1]
 
 
 @pytest.mark.parametrize("row", TOGETHER, ids=lambda row: row[0])

@@ -8,11 +8,10 @@ other sentences, in turn a tenth slower and faster; `--drawn SEED` draws numbers
 sentence are the same: `--times N` speaks all of them N times.
 """
 
-import argparse
-import json
-import sys
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from core.speech.recognition.engines import ENGINES, open_engine
 from core.speech.recognition.recognizer import for_words
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import ENGLISH_VOICES, NATURAL_WORDS_MIN, VoiceSettings, speak
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.voices import RIGHT, STOPPED, WRONG, Noises, as_cut, outcome_of_all
 from tests.benchmarks.word_hearing import padded
 
@@ -76,7 +76,7 @@ PACES = (0.9, 1.1)
 DRAWN_PACES = (0.9, 1.0, 1.1)
 
 
-def drawn(seed: int) -> list[tuple[str, float]]:
+def drawn_sentences(seed: int) -> list[tuple[str, float]]:
     """Sentences with numbers that have decimals, with and without a whole part, and their paces."""
     chance = np.random.default_rng(seed)
 
@@ -104,45 +104,43 @@ def said(text: str, voice: str, seed: int, pace: float = 1.0) -> Array:
     return padded(for_words(speak(text, settings)).samples[:, 0], seed)
 
 
-def main() -> None:
-    """Print one JSON object a voice, and one for all."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--engine", choices=tuple(ENGINES), default="whisper")
-    parser.add_argument("--voices", nargs="+", default=ENGLISH_VOICES)
-    parser.add_argument("--misses", action="store_true")
-    parser.add_argument("--others", action="store_true", help="other sentences, at other paces")
-    parser.add_argument("--drawn", type=int, metavar="SEED", help="numbers drawn for every voice")
-    parser.add_argument("--noisy", type=Path, metavar="FOLDER", help="sentences in nine noises")
-    parser.add_argument("--times", type=int, default=1, help="how often each sentence is spoken")
-    chosen = parser.parse_args()
-    settings = SpeechSettings(engine=chosen.engine)
+def main(
+    *,
+    engine: Annotated[str, ENGINES] = "whisper",
+    voices: Sequence[str] = ENGLISH_VOICES,
+    misses: bool = False,
+    others: bool = False,  # other sentences, at other paces
+    drawn: int | None = None,  # numbers drawn for every voice
+    noisy: Path | None = None,  # sentences in nine noises
+    times: int = 1,  # how often each sentence is spoken
+) -> None:
+    settings = SpeechSettings(engine=engine)
     decide = as_cut(open_engine(settings).recognizer, settings)
-    sentences = [(text, 1.0) for text in (IN_NOISE if chosen.noisy else SENTENCES)]
-    if chosen.others:
+    sentences = [(text, 1.0) for text in (IN_NOISE if noisy else SENTENCES)]
+    if others:
         sentences = [(text, PACES[n % 2]) for n, text in enumerate(OTHERS)]
-    noises = Noises(chosen.noisy) if chosen.noisy else None
+    noises = Noises(noisy) if noisy else None
     shares: list[float] = []
     wrong = 0
-    for number, voice in enumerate(chosen.voices):
+    for number, voice in enumerate(voices):
         found: Counter[str] = Counter()
-        if chosen.drawn is not None:
-            sentences = drawn(chosen.drawn + number)
-        for seed, (text, pace) in enumerate(chosen.times * sentences):
+        if drawn is not None:
+            sentences = drawn_sentences(drawn + number)
+        for seed, (text, pace) in enumerate(times * sentences):
             spoken = said(text, voice, seed, pace)
             for where, samples in noises.around(spoken) if noises else [("quiet", spoken)]:
                 decisions = decide(samples)
                 result = outcome_of_all(text, decisions)
                 found[result] += 1
-                if result in (WRONG, STOPPED) or (chosen.misses and result != RIGHT):
+                if result in (WRONG, STOPPED) or (misses and result != RIGHT):
                     heard = ", ".join(one.echo for one in decisions)
-                    sys.stdout.write(f"  {result} {voice} {where} “{text}” → {heard}\n")
+                    print_row(f"  {result} {voice} {where} “{text}” → {heard}")
         shares.append(found[RIGHT] / found.total())
         wrong += found[WRONG]
-        sys.stdout.write(json.dumps({"voice": voice, "of": found.total(), **found}) + "\n")
-        sys.stdout.flush()
+        print_row({"voice": voice, "of": found.total(), **found})
     told = {"mean_share": round(float(np.mean(shares)), 3), "least": round(min(shares), 3), "wrong": wrong}
-    sys.stdout.write(json.dumps(told) + "\n")
+    print_row(told)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

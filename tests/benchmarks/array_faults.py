@@ -7,11 +7,9 @@ direction at all. `before` is what the estimate said without asking whether the 
 the misfit up to which a direction is sure is chosen on all arrays but one, and measured on that one.
 """
 
-import argparse
 import itertools
 import json
 import math
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -27,6 +25,7 @@ from core.perception.sound.least_squares import axes_of, on_sphere
 from core.perception.sound.locate import locate, sure
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, ring, tetrahedron
 from core.speech.practice_voice import practice_voice
+from tests.benchmarks.command import print_row, run_command
 
 SPEECH = 1.2  # [s]
 NOISES = (("diffuse", 20.0), ("diffuse", 10.0), ("fan", 10.0))  # [dB]
@@ -294,15 +293,14 @@ def figures(some: Sequence[FaultTrial]) -> dict[str, float]:
     }
 
 
-def main() -> None:
-    """Measure and say the figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--faults", type=int, default=200, help="at least")
-    parser.add_argument("--seed", type=int, default=41)
-    chosen = parser.parse_args()
+def main(
+    *,
+    faults: int = 200,  # at least
+    seed: int = 41,
+) -> None:
     each = 4
-    rooms = math.ceil(chosen.faults / (each * len(ARRAYS)))
-    done = campaign(rooms, chosen.seed, most=each)
+    rooms = math.ceil(faults / (each * len(ARRAYS)))
+    done = campaign(rooms, seed, most=each)
     rows = {"faults": [one for one in done if one.fault], "sound arrays": [one for one in done if not one.fault]}
     for name, fault in itertools.product(ARRAYS, ("", "any fault")):
         rows[f"{name}, {fault or 'sound'}"] = [
@@ -312,10 +310,10 @@ def main() -> None:
         rows[fault] = [one for one in done if one.fault == fault]
     for row, some in rows.items():
         if some:
-            sys.stdout.write(f"{row}: {json.dumps({key: round(value, 3) for key, value in figures(some).items()})}\n")
+            print_row(f"{row}: {json.dumps({key: round(value, 3) for key, value in figures(some).items()})}")
     for name, (limit, covered, certain) in leave_one_out(done).items():
-        sys.stdout.write(f"{name} left out: limit {limit}, faults {covered:.3f}, sound arrays sure {certain:.3f}\n")
+        print_row(f"{name} left out: limit {limit}, faults {covered:.3f}, sound arrays sure {certain:.3f}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -2,18 +2,14 @@
 
 Processor time beside OpenCV in the same run, coverage of the stated deviations, guided capture beside the rule of
 ROS's calibrator in the same simulation, and pictures that no single camera makes: how many are told, and how many are
-wrong without a word. The figures go to reports/calibration_camera.json.
+wrong without a word.
 """
 
-import argparse
-import json
-import sys
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
@@ -28,8 +24,8 @@ from core.calibration.practice import BoardPlacement, held, seen, visible
 from core.calibration.projection import PAPER, Poses, exponential, project, vector_of
 from core.message import Array
 from core.optics import TABLE_3, CameraModel
+from tests.benchmarks.command import print_row, run_command
 
-ROOT = Path(__file__).resolve().parents[2]
 BOARD = Board(columns=9, rows=6, square=0.03)
 SIZE = (TABLE_3.width, TABLE_3.height)
 PRINTED = (1.71848, 1.57392, 1.18310, 1.82011, 0.00763, 0.01870, 0.00195, 0.00052)  # Table 3: three deviations
@@ -264,8 +260,7 @@ def oddities(runs: int, lenses: tuple[str, ...]) -> list[dict[str, Any]]:
                 row["silent_beyond_3_sds"] += not codes and beyond_sds
                 row.update(codes)
             rows.append({"lens": lens, "kind": kind, "size": size, "views": count, "runs": len(told), **row})
-            sys.stdout.write(json.dumps(rows[-1]) + "\n")
-            sys.stdout.flush()
+            print_row(rows[-1])
     return rows
 
 
@@ -279,32 +274,24 @@ def odd_run(
     return np.abs(vector_of(found.model)[:4] - truth), sds, [each.code for each in found.faults]
 
 
-def main() -> None:
-    """Measure and report."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=200)
-    parser.add_argument("--guided", type=int, default=20)
-    parser.add_argument("--slowest", type=int, default=400, help="most views for OpenCV's deviations")
-    parser.add_argument("--odd", type=int, default=6, help="runs of every kind, size and lens of odd pictures")
-    parser.add_argument("--lenses", nargs="+", default=list(LENSES), choices=list(LENSES))
-    parser.add_argument("--only-odd", action="store_true")
-    chosen = parser.parse_args()
+def main(
+    *,
+    runs: int = 200,
+    guided: int = 20,
+    slowest: int = 400,  # most views for OpenCV's deviations
+    odd: int = 6,  # runs of every kind, size and lens of odd pictures
+    lenses: Sequence[Annotated[str, LENSES]] = tuple(LENSES),
+    only_odd: bool = False,
+) -> object:
     cv2.setNumThreads(1)
     told = (
         {}
-        if chosen.only_odd
-        else {
-            "times": times((13, 100, 400), chosen.slowest),
-            "coverage": coverage(chosen.runs),
-            "capture": compared(chosen.guided),
-        }
+        if only_odd
+        else {"times": times((13, 100, 400), slowest), "coverage": coverage(runs), "capture": compared(guided)}
     )
-    told["odd"] = oddities(chosen.odd, tuple(chosen.lenses))
-    path = ROOT / "reports" / "calibration_camera.json"
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps(told, indent=1))
-    sys.stdout.write(json.dumps(told, indent=1) + "\n")
+    told["odd"] = oddities(odd, tuple(lenses))
+    return told
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -1,13 +1,10 @@
 """Table 1 measured: `python -m tests.benchmarks.calibration_correction`.
 
 The inverse model a1..a8 and the exact way over every pixel of the picture of Table 3's camera, eq. 10 as printed
-beside, and the time of each. The figures go to reports/calibration_correction.json.
+beside, and the time of each.
 """
 
-import json
-import sys
 import time
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -25,8 +22,7 @@ from core.calibration.camera.undistortion import (
 )
 from core.message import Array
 from core.optics import TABLE_3
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.benchmarks.command import run_command
 
 
 def as_printed(a: Array, distorted: Array) -> Array:
@@ -59,12 +55,12 @@ def took(work: Any) -> float:
     return 1e3 * (time.process_time() - begun)
 
 
-def main() -> None:
+def main() -> object:
     """Measure and report."""
     cv2.setNumThreads(1)
     table_1, exact = errors(TABLE_3)
     lookup, frame = exact_map(TABLE_3), np.zeros((TABLE_3.height, TABLE_3.width, 3), np.uint8)
-    told = {
+    return {
         "table_1": table_1,
         "as_printed": printed_error(),
         "exact": exact,
@@ -74,11 +70,7 @@ def main() -> None:
         "table_1_map_ms": min(took(lambda: table_1_map(TABLE_3)) for _ in range(3)),
         "straighten_ms": min(took(lambda: straighten(frame, lookup)) for _ in range(20)),
     }
-    path = ROOT / "reports" / "calibration_correction.json"
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps(told, indent=1))
-    sys.stdout.write(json.dumps(told, indent=1) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

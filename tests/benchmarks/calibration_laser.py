@@ -1,16 +1,11 @@
 """The laser's calibration measured: `python -m tests.benchmarks.calibration_laser [--runs 20]`.
 
 Everything automatic, with a person holding the board, in front of walls and furniture; eq. 13 as it is printed, point
-to plane with perfect knowledge of the beams, beside ours on the same data. The figures go to
-reports/calibration_laser.json.
+to plane with perfect knowledge of the beams, beside ours on the same data.
 """
 
-import argparse
-import json
-import sys
 import time
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,9 +26,9 @@ from core.geometry import OPTICAL, Transform
 from core.message import Array
 from core.optics import TABLE_3
 from core.sensors.laser import Laser
+from tests.benchmarks.command import run_command
 from tests.practice_room import PracticeRoom, RoomSettings, Shot, some_mount
 
-ROOT = Path(__file__).resolve().parents[2]
 BOARD = Board(columns=9, rows=6, square=0.03, panel=(0.34, 0.25))
 
 
@@ -156,23 +151,15 @@ def turned_only(room: PracticeRoom, axis: int | None, count: int = 400) -> Poses
     return poses.take(visible(TABLE_3, poses, BOARD, 4.0))
 
 
-def main() -> None:
-    """Measure and report."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=20)
-    runs = parser.parse_args().runs
-    told = {
+def main(*, runs: int = 20) -> object:
+    return {
         "campaigns": [
             campaign(runs, poses, scans, noise)
             for poses, scans, noise in ((20, 20, 0.03), (20, 1, 0.02), (10, 20, 0.03), (10, 1, 0.02), (5, 20, 0.03))
         ],
         "degenerate": degenerate(runs),
     }
-    path = ROOT / "reports" / "calibration_laser.json"
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps(told, indent=1))
-    sys.stdout.write(json.dumps(told, indent=1) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

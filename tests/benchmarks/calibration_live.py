@@ -2,14 +2,10 @@
 
 Pictures with a board come from a rendered hand that moves it; pictures without show the same scenes with the board
 covered, clutter, and people-like shapes. Noise pictures stand for hostile ones. Times are the processor's, of one
-thread, so that neighbours on the machine do not count. The figures go to reports/calibration_live.json.
+thread, so that neighbours on the machine do not count.
 """
 
-import argparse
-import json
-import sys
 import time
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -23,8 +19,8 @@ from core.calibration.practice import BoardPlacement, ImageExposure, held, pictu
 from core.calibration.projection import Poses
 from core.message import Array
 from core.optics import CameraModel
+from tests.benchmarks.command import run_command
 
-ROOT = Path(__file__).resolve().parents[2]
 CAMERA = CameraModel(width=640, height=480, fx=560, fy=562, cx=322, cy=238, k1=-0.25, k2=0.08)
 BOARD = Board(columns=9, rows=6, square=0.03)
 
@@ -109,23 +105,15 @@ def hostile() -> list[dict[str, Any]]:
     return told
 
 
-def main() -> None:
-    """Measure and report."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--frames", type=int, default=200)
-    frames = parser.parse_args().frames
+def main(*, frames: int = 200) -> object:
     cv2.setNumThreads(1)
     rng = np.random.default_rng(0)
-    told = {
+    return {
         "with_board": loop(with_board(rng, frames)),
         "without_board": loop(without_board(rng, frames)),
         "noise": hostile(),
     }
-    path = ROOT / "reports" / "calibration_live.json"
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps(told, indent=1))
-    sys.stdout.write(json.dumps(told, indent=1) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

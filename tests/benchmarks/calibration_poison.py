@@ -2,12 +2,9 @@
 
 FOLDER holds the pictures of OpenCV's left camera. Each view in turn is replaced by wrong corners, in every way of
 tests/real_data/poison.py; OpenCV's plain solve stands beside. The same with corners that a sub-pixel window of 11
-pixels pulled away. The figures go to reports/calibration_poison.json.
+pixels pulled away.
 """
 
-import argparse
-import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -20,9 +17,9 @@ from core.calibration.board.chessboard import FLAGS, SUBPIXEL_CRITERIA, search
 from core.calibration.camera.intrinsics import ViewCorners, calibrate
 from core.calibration.files.pictures import read_grey
 from core.message import Array
+from tests.benchmarks.command import run_command
 from tests.real_data.poison import FAULTS
 
-ROOT = Path(__file__).resolve().parents[2]
 BOARD = Board(columns=9, rows=6, square=0.025)
 SIZE = (640, 480)
 
@@ -60,14 +57,11 @@ def poisoned(views: list[ViewCorners], fault: Callable[[Array], Array]) -> dict[
     }
 
 
-def main() -> None:
-    """Measure and report."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path)
-    pictures = sorted(parser.parse_args().folder.glob("left*.jpg"))
+def main(folder: Path) -> object:
+    pictures = sorted(folder.glob("left*.jpg"))
     views = {window: [corners_of(path, window) for path in pictures] for window in (5, 11)}
     wide = calibrate(views[11], BOARD, SIZE)
-    told = {
+    return {
         "poison": [poisoned(views[5], fault) for fault in FAULTS],
         "window_11": {
             "fx": wide.model.fx,
@@ -77,11 +71,7 @@ def main() -> None:
             "opencv_fx": opencv_focal(views[11]),
         },
     }
-    path = ROOT / "reports" / "calibration_poison.json"
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps(told, indent=1))
-    sys.stdout.write(json.dumps(told, indent=1) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

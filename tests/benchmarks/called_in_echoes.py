@@ -8,10 +8,7 @@ stands 0.5 ± 0.1 m from who called. With `--plain` there is neither. The words 
 read, with the same voices). Every run prints a row.
 """
 
-import argparse
-import json
 import math
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -34,6 +31,7 @@ from core.simulation.world import world_named
 from core.speech.settings import RATE_HZ
 from core.speech.synthesis import drawn_voice, pcm, speak
 from tests.benchmarks.carried_out import carried_out
+from tests.benchmarks.command import print_row, run_command
 
 BOB = "Bob"
 TALK = (
@@ -157,28 +155,21 @@ def interrupt(room: SpokenRoom, at: list[float], request: Speak, frame: SensorFr
         room.robot.robot.ask(request)
 
 
-def tell(words: str) -> None:
-    """How far it is."""
-    sys.stderr.write(f"{words}\n")
-
-
-def main() -> None:
-    """Measure and say the figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=50)
-    parser.add_argument("--first", type=int, default=0, help="number of the first run")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--workers", type=int, default=None)
-    parser.add_argument("--plain", action="store_true")
-    parser.add_argument("--typed", action="store_true")
-    chosen = parser.parse_args()
-    rows: Sequence[dict[str, Any]] = carried_out(
-        partial(numbered, chosen.first, chosen.seed, chosen.plain, chosen.typed), chosen.runs, chosen.workers, tell
-    )
-    sys.stdout.writelines(json.dumps(one) + "\n" for one in rows)
+def main(
+    *,
+    runs: int = 50,
+    first: int = 0,  # number of the first run
+    seed: int = 0,
+    workers: int | None = None,
+    plain: bool = False,
+    typed: bool = False,
+) -> None:
+    rows: Sequence[dict[str, Any]] = carried_out(partial(numbered, first, seed, plain, typed), runs, workers)
+    for one in rows:
+        print_row(one)
     good, understood = sum(one["success"] for one in rows), sum(one["understood"] for one in rows)
-    tell(f"{good} of {len(rows)} stand 0.5 ± 0.1 m from the caller; understood: {understood}")
+    print_row(f"{good} of {len(rows)} stand 0.5 ± 0.1 m from the caller; understood: {understood}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

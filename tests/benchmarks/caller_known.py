@@ -5,15 +5,13 @@ calls is known to a centimetre from the first frame, which no robot has: whateve
 however early, comes after it. Every drive prints the laser's mean error, that with this knowledge, and NEES.
 """
 
-import argparse
-import sys
-
 import numpy as np
 
 from core.experiments.audio_visual import PLACES, Place, RowErrors, drive
 from core.pilot import Pilot
 from core.settings import Settings
 from core.slam.bearings.bearing_landmarks import BearingLandmark, Track
+from tests.benchmarks.command import print_row, run_command
 
 KNOWN = 0.01  # [m] sd of the place
 LASER, VOICE = "laser", "laser + voice"
@@ -43,18 +41,12 @@ def row(place: Place, seed: int) -> str:
     )
 
 
-def main() -> None:
-    """Measure and say the figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seed", type=int, default=20)
-    parser.add_argument("--runs", type=int, default=2)
-    chosen = parser.parse_args()
+def main(*, seed: int = 20, runs: int = 2) -> None:
     for place in PLACES:
-        for seed in range(chosen.seed, chosen.seed + chosen.runs):
+        for number in range(seed, seed + runs):
             if place.weak:
-                sys.stdout.write(f"{row(place, seed)}\n")
-                sys.stdout.flush()
+                print_row(f"{row(place, number)}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -7,7 +7,6 @@ process, which its nanny starts again, then the other's whole computer, nanny an
 SIGKILLed in the middle and goes on with `--resume`.
 """
 
-import argparse
 import contextlib
 import json
 import os
@@ -15,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ import psutil
 
 from core.experiments.result import SPEED
 from core.library_threads import ONE_THREAD
+from tests.benchmarks.command import run_command
 from tests.emulators.zenoh_robot import free_port
 
 WAIT_TIMEOUT_S = 1400.0
@@ -202,19 +202,13 @@ def say(name: str, way: str, row: dict[str, Any]) -> None:
     sys.stderr.flush()
 
 
-def main() -> None:
-    """Print the figures."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.campaigns", description=__doc__)
-    parser.add_argument("names", nargs="*", default=EXPERIMENT_NAMES, metavar="NAME")
-    parser.add_argument("--runs", type=int, default=None)
-    parser.add_argument("--kills", action="store_true")
-    chosen = parser.parse_args()
+def main(names: Sequence[str] = EXPERIMENT_NAMES, *, runs: int | None = None, kills: bool = False) -> object:
     found: dict[str, Any] = {}
-    for name in chosen.names:
+    for name in names:
         with tempfile.TemporaryDirectory() as folder:
-            found[name] = measure(name, chosen.runs or ASKED_RUNS.get(name), Path(folder), chosen.kills)
-    sys.stdout.write(json.dumps(found, indent=2) + "\n")
+            found[name] = measure(name, runs or ASKED_RUNS.get(name), Path(folder), kills)
+    return found
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -1,5 +1,6 @@
 """Runs of a benchmark by number, on several processes."""
 
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -7,9 +8,7 @@ from core.experiments.campaign import Campaign
 from core.experiments.plan import ExperimentPlan, RunBatch
 
 
-def carried_out(
-    work: Callable[[int], Any], count: int, workers: int | None, tell: Callable[[str], None] | None = None
-) -> list[Any]:
-    """`work` on 0 … count - 1 → the answers in that order."""
+def carried_out(work: Callable[[int], Any], count: int, workers: int | None) -> list[Any]:
+    """`work` on 0 … count - 1 → the answers in that order; how far it is stands on standard error."""
     plan = ExperimentPlan((RunBatch(work, count, object),), dict)
-    return Campaign("benchmark", tell=tell, workers=workers).answers(plan)[0]
+    return Campaign("benchmark", tell=lambda words: sys.stderr.write(f"{words}\n"), workers=workers).answers(plan)[0]

@@ -7,13 +7,12 @@ Cross: the same while someone else walks through between. Hidden: a board stands
 stranger: the person who was taught is chosen of two (and the other one is not).
 """
 
-import argparse
 import dataclasses
-import json
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Annotated
 
 import cv2
 import numpy as np
@@ -25,6 +24,7 @@ from core.perception.people.engines import open_detector
 from core.perception.people.looking import ImmediateLook, LookAnswer, PersonDetector, PersonLook
 from core.perception.people.parts import PeopleSettings
 from core.simulation.world import COLOURS, Thing
+from tests.benchmarks.command import print_row, run_command
 from tests.core.commands.stage import STEP
 from tests.core.commands.test_company import Company, ann, follow
 
@@ -141,30 +141,29 @@ SCENES: dict[str, Callable[[Scene, np.random.Generator], bool]] = {
 }
 
 
-def main() -> None:
-    """The command."""
-    parser = argparse.ArgumentParser(description="COME HERE and FOLLOW ME with each detector.")
-    parser.add_argument("--runs", type=int, default=50)
-    parser.add_argument("--engine", choices=("pose", "drawn"), action="append")
-    parser.add_argument("--scene", choices=tuple(SCENES), action="append")
-    asked = parser.parse_args()
+def main(
+    *,
+    runs: int = 50,
+    engine: Sequence[Annotated[str, ("pose", "drawn")]] = (),
+    scene: Sequence[Annotated[str, SCENES]] = (),
+) -> None:
     cv2.setNumThreads(1)
     report: dict[str, dict[str, str]] = {}
-    for engine in asked.engine or ("pose", "drawn"):
-        for name in asked.scene or SCENES:
+    for kind in engine or ("pose", "drawn"):
+        for name in scene or SCENES:
             good, why, began = 0, dict[str, int](), time.process_time()
-            for number in range(asked.runs):
+            for number in range(runs):
                 rng = np.random.default_rng(1000 + number)
-                look = LateLook(open_detector(PeopleSettings(engine="pose")), rng) if engine == "pose" else None
+                look = LateLook(open_detector(PeopleSettings(engine="pose")), rng) if kind == "pose" else None
                 try:
                     good += SCENES[name](Scene(look), rng)
                 except BeckonError as trouble:
                     why[str(trouble)] = why.get(str(trouble), 0) + 1
-            spent = (time.process_time() - began) / asked.runs
-            report.setdefault(engine, {})[name] = f"{good} of {asked.runs}"
-            sys.stderr.write(f"{engine:6} {name:9} {good} of {asked.runs}, {spent:.1f} s a run {why or ''}\n")
-    sys.stdout.write(json.dumps(report) + "\n")
+            spent = (time.process_time() - began) / runs
+            report.setdefault(kind, {})[name] = f"{good} of {runs}"
+            sys.stderr.write(f"{kind:6} {name:9} {good} of {runs}, {spent:.1f} s a run {why or ''}\n")
+    print_row(report)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

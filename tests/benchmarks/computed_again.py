@@ -6,7 +6,6 @@ Then each file is read and everything is estimated again. Printed as JSON: finge
 covariances, of all maps, edges and directions, as they were then and as they are now.
 """
 
-import argparse
 import contextlib
 import hashlib
 import itertools
@@ -15,7 +14,7 @@ import sys
 import tempfile
 import time
 import urllib.error
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +27,7 @@ from core.recording import open_log
 from core.recording.drive import DriveRecording
 from core.settings import Settings
 from core.snapshot import Snapshot
+from tests.benchmarks.command import run_command
 from tests.benchmarks.running_console import Console
 from tests.emulators.robot_process import robot_process
 
@@ -152,15 +152,14 @@ def computed_again(path: Path) -> dict[str, Any]:
     }
 
 
-def main() -> None:
-    """Record five drives, compute them again."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--files", type=Path, nargs="*", default=[], help="recordings that are there already")
-    parser.add_argument("--drives", nargs="*", help="some of the five, by their names")
-    chosen = parser.parse_args()
-    report: dict[str, Any] = {path.name: computed_again(path) for path in chosen.files}
-    drives: dict[str, tuple[tuple[str, ...], str, Act]] = {
+def main(
+    *,
+    seconds: float = 60.0,
+    files: Sequence[Path] = (),  # recordings that are there already
+    drives: Sequence[str] = (),  # some of the five, by their names
+) -> object:
+    report: dict[str, Any] = {path.name: computed_again(path) for path in files}
+    known: dict[str, tuple[tuple[str, ...], str, Act]] = {
         "commands": ((), "sim:lab", commanded),
         "voices": ((), "sim:lab", spoken_to),
         "map": ((), "sim:floor", on_a_map),
@@ -168,18 +167,18 @@ def main() -> None:
         "serial and scip": (("serial", "scip"), "", commanded),
     }
     with tempfile.TemporaryDirectory() as folder:
-        for name, (wires, url, act) in drives.items():
-            if chosen.files or (chosen.drives and name not in chosen.drives):
+        for name, (wires, url, act) in known.items():
+            if files or (drives and name not in drives):
                 continue
             path = Path(folder) / f"{name}.mcap"
             with contextlib.ExitStack() as stack:
                 robot = stack.enter_context(robot_process(*wires)) if wires else None
                 there, environment = (url, {}) if robot is None else (robot.url, robot.environment)
-                report[name] = recorded(there, act, chosen.seconds, path, environment)
+                report[name] = recorded(there, act, seconds, path, environment)
             report[name] |= computed_again(path)
             sys.stderr.write(f"{name}: {json.dumps(report[name])}\n")  # what is done stays where a later one fails
-    sys.stdout.write(json.dumps(report, indent=2) + "\n")
+    return report
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

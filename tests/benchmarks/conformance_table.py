@@ -6,17 +6,16 @@ does not wait for them. Beside the 99th percentile of the delay from a request t
 byte between two threads of the driver's process in the same run. The table is Markdown.
 """
 
-import argparse
 import os
-import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from core.gate import ZERO
 from core.robots.conformance import ConformanceReport, Interruption, check_robot
 from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
+from tests.benchmarks.command import print_row, run_command
 from tests.core.robots.test_conformance import CHECKS, SUBJECTS, Emulated, Subject, nth_slowest, stop_delays
 from tests.emulators.robot_process import KINDS, robot_process
 
@@ -73,20 +72,14 @@ def column(name: str, stops: int) -> dict[str, str]:
     return cells
 
 
-def main() -> None:
-    """Print a line per driver."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", default=list(SUBJECTS))
-    parser.add_argument("--stops", type=int, default=100)
-    given = parser.parse_args()
+def main(names: Sequence[str] = tuple(SUBJECTS), *, stops: int = 100) -> None:
     began, heads = time.monotonic(), (*CHECKS, "stop p99", "load")
-    sys.stdout.write(f"| scheme | {' | '.join(heads)} |\n|{'---|' * (len(heads) + 1)}\n")
-    for name in given.names:
-        cells = column(name, given.stops)
-        sys.stdout.write(f"| {name} | {' | '.join(cells[head] for head in heads)} |\n")
-        sys.stdout.flush()
-    sys.stdout.write(f"\n{time.monotonic() - began:.0f} s, {given.stops} stops per driver\n")
+    print_row(f"| scheme | {' | '.join(heads)} |\n|{'---|' * (len(heads) + 1)}")
+    for name in names:
+        cells = column(name, stops)
+        print_row(f"| {name} | {' | '.join(cells[head] for head in heads)} |")
+    print_row(f"\n{time.monotonic() - began:.0f} s, {stops} stops per driver")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -6,10 +6,7 @@ draws the same. NEES of the pose, as the filter's own covariance measures errors
 paper's form is the plain EKF.
 """
 
-import argparse
-import json
 import math
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -23,6 +20,7 @@ from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.motion import Increment, MotionSettings, steered
+from tests.benchmarks.command import run_command
 
 MOTION = MotionSettings(wheelbase=4.0, speed_sd=0.3, steer_sd=math.radians(3), cruise=3.0, step=0.025)
 EVERY = 8  # control steps between sightings
@@ -126,14 +124,9 @@ def campaign(runs: int, times: float) -> dict[str, dict[str, float]]:
     return found
 
 
-def main() -> None:
-    """Print the figures as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=12)
-    chosen = parser.parse_args()
-    told = {f"controls {times:g} times as noisy": campaign(chosen.runs, times) for times in (1.0, 2.0)}
-    sys.stdout.write(json.dumps(told, indent=1) + "\n")
+def main(*, runs: int = 12) -> object:
+    return {f"controls {times:g} times as noisy": campaign(runs, times) for times in (1.0, 2.0)}
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

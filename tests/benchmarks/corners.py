@@ -5,10 +5,8 @@ from all over the laboratory, furniture included: there a corner is true where t
 near. NEES(2) of the found corners by the covariance that the corner tells; ideal 2.
 """
 
-import argparse
 import json
 import math
-import sys
 import time
 from dataclasses import dataclass, field
 
@@ -22,6 +20,7 @@ from core.perception.landmarks.landmarks import sight
 from core.sensors import Laser, Scan
 from core.simulation.laser import SimulatedLaser
 from core.simulation.world import LAB, World
+from tests.benchmarks.command import print_row, run_command
 from tests.core.perception.corner_room import LASER, scan_of, two_walls
 
 NEAR = 0.25  # [m]: a corner found nearer than this to a true one is that one
@@ -117,19 +116,15 @@ def laboratory(scans: int) -> Score:
     return score
 
 
-def main() -> None:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--trials", type=int, default=300)
-    chosen = parser.parse_args()
+def main(*, trials: int = 300) -> None:
     for noise in (0.01, 0.03):
         for convex in (False, True):
             for distance in DISTANCES:
                 kind = "convex" if convex else "concave"
-                row = single(distance, convex, noise, chosen.trials).told()
-                sys.stdout.write(f"{100 * noise:.0f} % noise, {kind}, {distance} m: {json.dumps(row)}\n")
-    sys.stdout.write(f"laboratory: {json.dumps(laboratory(chosen.trials).told())}\n")
+                row = single(distance, convex, noise, trials).told()
+                print_row(f"{100 * noise:.0f} % noise, {kind}, {distance} m: {json.dumps(row)}")
+    print_row(f"laboratory: {json.dumps(laboratory(trials).told())}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -3,17 +3,17 @@
 The corridors of `corridor_drives`: sizes, widths, doors, false sightings, detection, odometry and loops drawn from
 the seed. For each: our filter as it is set; the plain rule of `plain_rule` on the same sightings with the same
 noises; our filter with the identities given, as a bound; and MRPT's kf-slam (nearest neighbour) where it is
-installed, for the first of the seeds only (`--mrpt 3`), as its time grows with every false landmark. Error: RMS of
-the position over all updates after the rigid motion that fits best, and without any (all but MRPT are given the
-start). Landmarks beside those that were sighted three times or more. NEES of the pose, ideal 3. The settings were
+installed, for the first of the seeds only (`--mrpt-seeds 3`), as its time grows with every false landmark. Error:
+RMS of the position over all updates after the rigid motion that fits best, and without any (all but MRPT are given
+the start). Landmarks beside those that were sighted three times or more. NEES of the pose, ideal 3. The settings were
 found with other seeds. `--plans`: random storeys with corners found in scans (`plan_drives`) instead of corridors.
 """
 
-import argparse
 import math
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 
@@ -25,6 +25,7 @@ from core.recording.archives import CORRIDOR_NOISE
 from core.slam.consistency import squared_error
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 from tests.benchmarks import mrpt
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.corridor_drives import HALF_FIELD, REACH, Corridor, Drive, drawn, drive
 from tests.benchmarks.log_scores import aligned
 from tests.benchmarks.long_log import LASER
@@ -136,41 +137,39 @@ def summary(name: str, scores: list[Score], rule: list[Score], sighted: list[int
     return "\n    ".join(lines) + "\n"
 
 
-def main() -> None:
-    """Print a line for every seed and filter, and the sums."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, nargs=2, default=(0, 60), help="the first, and the first not")
-    parser.add_argument("--plans", action="store_true", help="random storeys instead of corridors")
-    parser.add_argument("--mrpt", type=int, default=0, help="so many seeds are given to MRPT too")
-    parser.add_argument("--limit", type=float, default=600.0, help="[s] that MRPT may take for one seed")
-    chosen = parser.parse_args()
+def main(
+    *,
+    seeds: Sequence[int] = (0, 60),  # the first, and the first not
+    plans: bool = False,  # random storeys instead of corridors
+    mrpt_seeds: int = 0,  # so many seeds are given to MRPT too
+    limit: float = 600.0,  # [s] that MRPT may take for one seed
+) -> None:
     columns: dict[str, list[Score]] = {"ours": [], "plain rule": [], "identities given": []}
     sighted: list[int] = []
-    for number, seed in enumerate(range(*chosen.seeds)):
-        told = plan_drive(seed) if chosen.plans else drive(drawn(seed), seed)
+    for number, seed in enumerate(range(*seeds)):
+        told = plan_drive(seed) if plans else drive(drawn(seed), seed)
         sighted.append(told.sighted)
         place = "a storey" if told.corridor is None else words(told.corridor)
-        sys.stdout.write(f"{seed}: {place}; {told.sighted} landmarks\n")
+        print_row(f"{seed}: {place}; {told.sighted} landmarks")
         rows: dict[str, Score | str] = {
             "ours": ours(told),
             "plain rule": plain(told),
             "identities given": ours(told, given=True),
         }
-        if number < chosen.mrpt:
-            rows["MRPT"] = theirs(told, chosen.limit) if mrpt.installed() else mrpt.ABSENT
+        if number < mrpt_seeds:
+            rows["MRPT"] = theirs(told, limit) if mrpt.installed() else mrpt.ABSENT
         for name, one in rows.items():
             if isinstance(one, str):
-                sys.stdout.write(f"    {name:16s} {one}\n")
+                print_row(f"    {name:16s} {one}")
                 continue
             columns.get(name, []).append(one)
-            sys.stdout.write(
+            print_row(
                 f"    {name:16s} {one.aligned:.3f} m aligned, {one.plain:.3f} m as it stands,"
-                f" {one.landmarks} landmarks, NEES {one.nees:.1f}\n"
+                f" {one.landmarks} landmarks, NEES {one.nees:.1f}"
             )
-        sys.stdout.flush()
     for name, scores in columns.items():
         sys.stdout.write(summary(name, scores, columns["plain rule"], sighted))
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -7,11 +7,9 @@ Printed: what moved while nobody drove, who did not come back within 20 s, and h
 said.
 """
 
-import argparse
 import contextlib
 import random
 import socket
-import sys
 import tempfile
 import threading
 import time
@@ -20,6 +18,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, Locator, Page, WebSocketRoute, expect, sync_playwright
 
+from tests.benchmarks.command import print_row, run_command
 from tests.browser.conftest import chromium_path
 from tests.browser.running_console import Running
 from tests.browser.visit import FLAT, NO_SCENE
@@ -236,17 +235,12 @@ class Crowd:
         return faults
 
 
-def main(arguments: list[str]) -> int:
-    """Print the table → 1 where something went wrong."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.crowded_console")
-    parser.add_argument("--minutes", type=float, default=10.0)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args(arguments)
+def main(*, minutes: float = 10.0, seed: int = 1) -> int:
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as folder:
         browser = playwright.chromium.launch(executable_path=chromium_path(playwright), args=[*FLAT, "--no-sandbox"])
-        crowd = Crowd(browser, Path(folder), options.seed)
+        crowd = Crowd(browser, Path(folder), seed)
         try:
-            crowd.live(options.minutes)
+            crowd.live(minutes)
             faults = crowd.ends_well()
             rows = crowd.console.ask("api/commands/history")["commands"]
         finally:
@@ -264,9 +258,9 @@ def main(arguments: list[str]) -> int:
         f"endings: {dict(Counter(row['state'] for row in rows))}",
         f"at the end: {faults or 'all can drive and watch'}",
     )
-    sys.stdout.write("\n".join(lines) + "\n")
+    print_row("\n".join(lines))
     return int(bool(crowd.watch.alone or crowd.missing or faults or lost))
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    run_command(main)

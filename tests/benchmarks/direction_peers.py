@@ -6,9 +6,7 @@ it, which they have no use for, or else the whole sound. With the flat array the
 with the tetrahedron 2,000 directions of the sphere, as their documentation shows.
 """
 
-import argparse
 import json
-import sys
 from functools import partial
 from pathlib import Path
 
@@ -30,6 +28,7 @@ from core.message import Array
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import MicrophoneArray, Sound
 from tests.benchmarks.carried_out import carried_out
+from tests.benchmarks.command import print_row, run_command
 
 SIZE = 512  # samples of the peers' frames
 SHORTEST = 1.0  # [s] of a recording that is used
@@ -61,36 +60,30 @@ def voices(folder: Path) -> list[Array]:
     return found
 
 
-def tell(words: str) -> None:
-    """How far it is."""
-    sys.stderr.write(f"{words}\n")
-
-
-def main() -> None:
-    """Measure, write direction.json and direction.csv, say the figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--utterances", type=int, default=2000)
-    parser.add_argument("--seed", type=int, default=7)
-    parser.add_argument("--speech", type=Path, default=None, help="folder of recordings; without: a made-up voice")
-    parser.add_argument("--out", type=Path, default=Path("direction"))
-    parser.add_argument("--workers", type=int, default=2)
-    chosen = parser.parse_args()
-    spoken = voices(chosen.speech) if chosen.speech else []
+def main(
+    *,
+    utterances: int = 2000,
+    seed: int = 7,
+    speech: Path | None = None,  # folder of recordings; without: a made-up voice
+    out: Path = Path("direction"),
+    workers: int = 2,
+) -> None:
+    spoken = voices(speech) if speech else []
     estimators = estimators_with(DEFAULT)
     for name in ("SRP", "MUSIC", "NormMUSIC"):
         estimators |= {name: partial(peer, name, PRE_ROLL), f"{name}_alone": partial(peer, name, 0.0)}
-    work = partial(in_room, chosen.seed, estimators=estimators, voices=spoken)
-    rooms = carried_out(work, scenes_for(chosen.utterances), chosen.workers, tell)
+    work = partial(in_room, seed, estimators=estimators, voices=spoken)
+    rooms = carried_out(work, scenes_for(utterances), workers)
     done = [one for room in rooms for one in room["trials"]]
     told = summary(done)
-    whole = json.dumps({"seed": chosen.seed, "voices": len(spoken), "estimators": told}, indent=1)
-    save_all(chosen.out, {"json": ("direction.json", whole), "csv": ("direction.csv", as_csv(rows_of(done)))})
+    whole = json.dumps({"seed": seed, "voices": len(spoken), "estimators": told}, indent=1)
+    save_all(out, {"json": ("direction.json", whole), "csv": ("direction.csv", as_csv(rows_of(done)))})
     for name, one in told.items():
-        sys.stdout.write(f"{name}: {json.dumps(one['all'])}\n")
+        print_row(f"{name}: {json.dumps(one['all'])}")
         for part in ("arrays", "noises"):
             for cell, values in one[part].items():
-                sys.stdout.write(f"    {cell}: {json.dumps(values)}\n")
+                print_row(f"    {cell}: {json.dumps(values)}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

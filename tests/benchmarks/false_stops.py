@@ -5,13 +5,11 @@ are typed, nobody is in the room, and its ears are open beside its own motors. T
 how many utterances its own noise was taken for, and how often for a STOP or for another command, in an hour of it.
 """
 
-import argparse
-import json
-import sys
 from typing import Any
 
 from core.experiments.spoken_room import SpokenRoom
 from tests.benchmarks.carried_out import carried_out
+from tests.benchmarks.command import print_row, run_command
 
 SHORT = ("turn left", "turn right", "continue 0.5 meters", "turn left", "turn left", "continue 0.5 meters")
 WORDS = (*SHORT, "continue 2 meters", "turn right", "continue 1.5 meters")
@@ -43,14 +41,13 @@ def drive(number: int, seconds: float = PART) -> dict[str, Any]:
     return told | {"stops": stops, "others": others}
 
 
-def main() -> None:
-    """Print the figures of both places, one JSON object a line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--minutes", type=float, default=10.0, help="in each of the two worlds")
-    parser.add_argument("--workers", type=int, default=2)
-    chosen = parser.parse_args()
-    count = max(round(chosen.minutes * 60 / PART), 1) * len(WORLDS)
-    rows = carried_out(drive, count, chosen.workers)
+def main(
+    *,
+    minutes: float = 10.0,  # in each of the two worlds
+    workers: int = 2,
+) -> None:
+    count = max(round(minutes * 60 / PART), 1) * len(WORLDS)
+    rows = carried_out(drive, count, workers)
     for world in WORLDS:
         these = [row for row in rows if row["world"] == world]
         hours = sum(row["drove_s"] for row in these) / 3600
@@ -63,8 +60,8 @@ def main() -> None:
             "other_commands": [word for row in these for word in row["others"]],
             "stops_per_hour": round(sum(len(row["stops"]) for row in these) / hours, 1),
         }
-        sys.stdout.write(json.dumps(line) + "\n")
+        print_row(line)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -7,10 +7,8 @@ pushed unnoticed. "Back" is when the pose error stays under 3 sigma for the rest
 but the share of instants that a consistent filter has too); then, how far any landmark moved that was known before.
 """
 
-import argparse
 import json
 import math
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -21,6 +19,7 @@ from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.motion import Increment, MotionSettings, rolled
+from tests.benchmarks.command import print_row, run_command
 
 PERIOD, SPEED, RADIUS = 0.2, 0.3, 2.5  # [s], [m/s], [m]
 WARM_UP, AFTER = 60.0, 40.0  # [s]
@@ -163,15 +162,11 @@ def _sighted(pose: Pose, misnamed: float, rng: np.random.Generator) -> list[Sigh
     return told
 
 
-def main() -> None:
-    """Print a line for every shock."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=20)
-    chosen = parser.parse_args()
+def main(*, runs: int = 20) -> None:
     for name in SHOCKS:
-        outcomes = [run(name, seed) for seed in range(chosen.runs)]
+        outcomes = [run(name, seed) for seed in range(runs)]
         row = {
-            "runs": chosen.runs,
+            "runs": runs,
             "back_within_10_s": sum(one.back <= 10 for one in outcomes),
             "back_worst_s": max(one.back for one in outcomes),
             "error_at_most_m": round(max(one.shock for one in outcomes), 3),
@@ -179,8 +174,8 @@ def main() -> None:
             "landmark_moved_worst_m": round(max(one.moved for one in outcomes), 3),
             "taken_for_a_slip": sum(one.noticed for one in outcomes),
         }
-        sys.stdout.write(f"{name}: {json.dumps(row)}\n")
+        print_row(f"{name}: {json.dumps(row)}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -5,11 +5,9 @@ press *turn left* and then click on the floor; both must be done. Calls: in the 
 someone in the simulated room says a command; it must be obeyed, though the recognizer is just starting.
 """
 
-import argparse
 import json
 import multiprocessing
 import os
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Generator
@@ -19,6 +17,7 @@ from typing import Any
 
 from playwright.sync_api import Page, expect, sync_playwright
 
+from tests.benchmarks.command import print_row, run_command
 from tests.browser import running_console, visit
 from tests.browser.conftest import chromium_path
 from tests.browser.running_console import Running
@@ -141,36 +140,31 @@ def understood(row: dict[str, Any]) -> bool:
     return row["state"] not in ("refused", "never came")
 
 
-def main() -> None:
-    """Print each order as a line, and how many were done."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--newcomers", type=int, default=10)
-    parser.add_argument("--calls", type=int, default=20)
-    parser.add_argument("--busy", type=int, default=2, help="programs beside")
-    chosen = parser.parse_args()
+def main(
+    *,
+    newcomers: int = 10,
+    calls: int = 20,
+    busy: int = 2,  # programs beside
+) -> None:
     visit.PATIENCE = PATIENCE_S
-    with busy_programs(chosen.busy):
-        calls = []
-        for number in range(chosen.calls):
-            calls.append(call(number))
-            sys.stdout.write(f"call {number + 1}: {json.dumps(calls[-1])}\n")
-            sys.stdout.flush()
+    with busy_programs(busy):
+        obeyed = []
+        for number in range(calls):
+            obeyed.append(call(number))
+            print_row(f"call {number + 1}: {json.dumps(obeyed[-1])}")
         done = 0
-        if chosen.newcomers:
+        if newcomers:
             with sync_playwright() as playwright:
                 browser = playwright.chromium.launch(
                     executable_path=chromium_path(playwright), args=[*FLAT, "--no-sandbox"]
                 )
-                for number in range(chosen.newcomers):
+                for number in range(newcomers):
                     orders = newcomer(Profiles(browser))
                     done += all(one["state"] == "done" for one in orders)
-                    sys.stdout.write(f"newcomer {number + 1}: {json.dumps(orders)}\n")
-                    sys.stdout.flush()
-    right = sum(understood(one) for one in calls)
-    sys.stdout.write(
-        f"first calls understood {right} of {chosen.calls}; newcomers done {done} of {chosen.newcomers}\n"
-    )
+                    print_row(f"newcomer {number + 1}: {json.dumps(orders)}")
+    right = sum(understood(one) for one in obeyed)
+    print_row(f"first calls understood {right} of {calls}; newcomers done {done} of {newcomers}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

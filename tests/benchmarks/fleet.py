@@ -6,7 +6,6 @@ wire. Whole consoles on the simulated robot join, too; they drive to places whil
 processor, memory and bytes; seconds until the page is right; STOP ALL from the press to each gate's zero.
 """
 
-import argparse
 import asyncio
 import contextlib
 import json
@@ -30,6 +29,7 @@ import psutil
 
 from console.fleet.authority import Authority
 from console.fleet.bus import FleetAddress
+from tests.benchmarks.command import run_command
 from tests.emulators.light_console import LightConsole
 from tests.emulators.zenoh_robot import free_port
 
@@ -342,21 +342,11 @@ def measure(robots: int, consoles: int, number: int, seconds: float, lost_s: flo
         return found
 
 
-def main() -> None:
-    """Print the figures."""
-    if sys.argv[1:2] == ["--light"]:
-        light(sys.argv[2:])
-        return
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--robots", type=int, default=20)
-    parser.add_argument("--consoles", type=int, default=3)
-    parser.add_argument("--presses", type=int, default=40)
-    parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--lost", type=float, default=30.0)
-    chosen = parser.parse_args()
-    found = measure(chosen.robots, chosen.consoles, chosen.presses, chosen.seconds, chosen.lost)
-    sys.stdout.write(json.dumps(found, indent=2) + "\n")
+def main(
+    *, robots: int = 20, consoles: int = 3, presses: int = 40, seconds: float = 20.0, lost: float = 30.0
+) -> object:
+    return measure(robots, consoles, presses, seconds, lost)
 
 
 if __name__ == "__main__":
-    main()
+    light(sys.argv[2:]) if sys.argv[1:2] == ["--light"] else run_command(main)

@@ -2,22 +2,19 @@
 
 A whole console on the simulator. It stands for a while and turns by command for a while; then Ann speaks, FOLLOW ME
 is obeyed, and she walks to and fro at 0.2 m/s. Share of a core by each process (the console's holds the pilot; the
-worker's the networks), and the p99 of the pilot's step, standing, turning and following. The figures go to
-reports/following_load.json.
+worker's the networks), and the p99 of the pilot's step, standing, turning and following.
 """
 
-import argparse
 import contextlib
-import json
 import os
-import sys
 import tempfile
 import time
-from pathlib import Path
-from typing import Any
+from collections.abc import Sequence
+from typing import Annotated, Any
 
 import psutil
 
+from tests.benchmarks.command import run_command
 from tests.benchmarks.running_console import Console, console
 
 START, TURNS = (2.0, 0.0), [(3.0, 0.3), (2.6, -0.3)]  # [m] where she stands, and between which she walks
@@ -113,22 +110,15 @@ def follow(running: Console, seconds: float) -> dict[str, Any]:
     }
 
 
-def main() -> None:
-    """Print the figures and keep them."""
-    parser = argparse.ArgumentParser(description="What following a person costs.")
-    parser.add_argument("--seconds", type=float, default=30.0)
-    parser.add_argument("--engine", choices=("pose", "drawn"), action="append")
-    asked = parser.parse_args()
+def main(*, seconds: float = 30.0, engine: Sequence[Annotated[str, ("pose", "drawn")]] = ()) -> object:
     report: dict[str, Any] = {"load_of_the_machine": round(os.getloadavg()[0], 1)}
     with tempfile.TemporaryDirectory() as nothing:
-        for engine in asked.engine or ("pose", "drawn"):
-            hidden = {} if engine == "pose" else {"XDG_DATA_HOME": nothing}  # without the networks
+        for kind in engine or ("pose", "drawn"):
+            hidden = {} if kind == "pose" else {"XDG_DATA_HOME": nothing}  # without the networks
             with console(environment=hidden) as running:
-                report[engine] = follow(running, asked.seconds)
-    Path("reports").mkdir(exist_ok=True)
-    Path("reports/following_load.json").write_text(json.dumps(report, indent=1))
-    sys.stdout.write(json.dumps(report, indent=1) + "\n")
+                report[kind] = follow(running, seconds)
+    return report
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

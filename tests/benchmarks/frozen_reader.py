@@ -5,12 +5,10 @@ the processes that read words are stopped before and go on ten seconds later. A 
 that moves. First the same is said without the freeze, to see that it would move the robot.
 """
 
-import argparse
 import base64
 import contextlib
 import itertools
 import json
-import sys
 import threading
 import time
 from typing import Any
@@ -24,6 +22,7 @@ from console.messages.audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
 from core.gate.trace import read_trace
 from core.speech.recognition.recognizer import for_words, pcm
 from core.speech.synthesis import VoiceSettings, speak
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.gate_timing import busy
 from tests.benchmarks.running_console import Console, console
 
@@ -100,14 +99,9 @@ def trial(running: Console, page: Page, samples: bytes, source: str, frozen: flo
     return any(row.v or row.w for row in read_trace(running.trace)[begun:])
 
 
-def main() -> None:
-    """Print every trial, and how many moved."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--trials", type=int, default=20)
-    parser.add_argument("--loops", type=int, default=2)
-    chosen = parser.parse_args()
+def main(*, trials: int = 20, loops: int = 2) -> None:
     samples = pcm(for_words(speak(WORDS, VoiceSettings())).samples[:, 0])
-    with console() as running, busy(chosen.loops):
+    with console() as running, busy(loops):
         while running.get("/api/health")["reasons"] or running.get("/api/state")["slam"]["looking_around"]:
             time.sleep(0.2)
         running.post("/api/sim/place", {"what": "person", "id": "Ann", "x_m": 1.2, "y_m": 0.9})
@@ -115,18 +109,17 @@ def main() -> None:
         running.post("/api/hearing", {"listen": True, "obey": True})
         while len(readers(running)) < 2 or running.get("/api/state")["ears"]["starting"]:
             time.sleep(0.2)
-        for frozen, trials in ((0.0, 4), (FROZEN, chosen.trials)):
+        for frozen, count in ((0.0, 4), (FROZEN, trials)):
             moved = 0
-            for number, source in zip(range(trials), itertools.cycle(("page", "room")), strict=False):
+            for number, source in zip(range(count), itertools.cycle(("page", "room")), strict=False):
                 moves = trial(running, page, samples, source, frozen)
                 newest = running.get("/api/commands/history?limit=1")["commands"][0]
                 told = {"frozen_s": frozen, "trial": number, "source": source, "moved": moves}
                 told |= {"newest": newest["heard_as"] or newest["words"], "remark": newest["remark"]}
-                sys.stdout.write(json.dumps(told) + "\n")
-                sys.stdout.flush()
+                print_row(told)
                 moved += moves
-            sys.stdout.write(f"reader frozen for {frozen:g} s: {moved} of {trials} moved\n")
+            print_row(f"reader frozen for {frozen:g} s: {moved} of {count} moved")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

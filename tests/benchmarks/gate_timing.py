@@ -3,11 +3,9 @@
 Driver and gate run as always, on an emulated robot of two wires: the gate of a simulated one has the simulator's
 clock. The console's part is played here, or by a process of its own that is killed or frozen. Times run from the
 fault to the first zero in the gate's diary, on the one steady clock of the machine. The ticks' gaps come from orders
-that change all the time, so that every tick leaves a row. Everything is measured idle and with two busy loops; the
-figures go to reports/gate_timing.json.
+that change all the time, so that every tick leaves a row. Everything is measured idle and with two busy loops;
 """
 
-import argparse
 import contextlib
 import itertools
 import json
@@ -24,6 +22,7 @@ from pathlib import Path
 
 from console.robot.supervisor import RobotSupervisor
 from core.gate import Limits, Setpoint, TraceRow, check, read_trace
+from tests.benchmarks.command import print_row, run_command
 from tests.emulators.robot_process import robot_process
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -214,33 +213,17 @@ def table(told: dict[str, dict[str, list[float]]]) -> str:
         for name, times in measured.items():
             figures = (quantile(times, 0.5), quantile(times, 0.99), max(times), BOUNDS_MS[name])
             lines.append(f"{load:14}{name:18}{len(times):6}" + "".join(f"{figure:8.1f}" for figure in figures))
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines)
 
 
-def report(told: dict[str, dict[str, list[float]]]) -> Path:
-    """Write the figures down → where."""
-    path = ROOT / "reports" / "gate_timing.json"
-    path.parent.mkdir(exist_ok=True)
-    summary = {
-        load: {
-            name: {"n": len(times), "p50": quantile(times, 0.5), "p99": quantile(times, 0.99), "max": max(times)}
-            for name, times in measured.items()
-        }
-        for load, measured in told.items()
-    }
-    path.write_text(json.dumps({"unit": "ms", "bounds": BOUNDS_MS, "figures": summary}, indent=2) + "\n")
-    return path
-
-
-def main() -> None:
-    """Measure, show, write down."""
-    parser = argparse.ArgumentParser(description="How fast the gate stands.")
-    parser.add_argument("--trials", type=int, default=20)
-    parser.add_argument("--seconds", type=float, default=20.0, help="of ticks")
-    given = parser.parse_args()
-    told = campaign(given.trials, given.seconds)
-    sys.stdout.write(table(told) + f"{report(told)}\n")
+def main(
+    *,
+    trials: int = 20,
+    seconds: float = 20.0,  # of ticks
+) -> None:
+    told = campaign(trials, seconds)
+    print_row(table(told))
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

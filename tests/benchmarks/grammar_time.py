@@ -5,9 +5,6 @@ The same decoder reads the same synthetic sentences with one and the other in tu
 processor time, and whether the words were the same.
 """
 
-import argparse
-import json
-import sys
 import time
 from typing import Any
 
@@ -23,6 +20,7 @@ from core.speech.sphinx.garbage_model import grammar
 from core.speech.sphinx.jsgf import plain_grammar
 from core.speech.sphinx.recognizer import options_of
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
+from tests.benchmarks.command import run_command
 from tests.core.speech.ears import padded
 
 SENTENCES = ("turn left", "come here", "continue 0.8 meters", "stop at 1.2 and minus 0.6")
@@ -51,24 +49,19 @@ def beside(jsgf: str, sounds: list[Array], rounds: int, **options: Any) -> dict[
     }
 
 
-def main() -> None:
-    """Print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=5)
-    rounds = parser.parse_args().rounds
+def main(*, rounds: int = 5) -> object:
     chosen = SpeechSettings()
     options = options_of(chosen)
     voice = VoiceSettings(voice=PERSONS_VOICE)
     sounds = [padded(0.3 * for_words(speak(words, voice)).samples[:, 0], 0.3, 0.3) for words in SENTENCES]
     words = garbage_words(chosen.garbage_words, chosen.resembling_words)
     garbage_model = grammar(words, chosen.competing_price)
-    figures = {
+    return {
         "commands, words only": beside(plain_grammar(), sounds, rounds, **options),
         "commands, to be compared": beside(plain_grammar(), sounds, rounds, compallsen=True, **options),
         "anything else": beside(garbage_model, sounds, rounds, compallsen=True, **options),
     }
-    sys.stdout.write(json.dumps(figures, indent=1) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -5,13 +5,10 @@ after the halt was sent (or after its answer), and looks whether the next start 
 answer promises nothing.
 """
 
-import argparse
 import contextlib
-import json
 import os
 import random
 import signal
-import sys
 import tempfile
 import threading
 import time
@@ -24,6 +21,7 @@ from typing import Any
 import psutil
 
 from core.gate.latch import Latch
+from tests.benchmarks.command import run_command
 from tests.benchmarks.running_console import Console
 
 MAX_DELAY_S = 0.05
@@ -92,19 +90,13 @@ def begin(home: Path) -> Console:
     return Console(home)
 
 
-def main() -> None:
-    """Print how many were forgotten, as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--trials", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args()
-    half = given.trials // 2
-    told = {
-        "killed after the halt was sent": campaign(given.trials - half, given.seed, after_answer=False),
-        "killed after the answer": campaign(half, given.seed + 1, after_answer=True),
+def main(*, trials: int = 200, seed: int = 1) -> object:
+    half = trials // 2
+    return {
+        "killed after the halt was sent": campaign(trials - half, seed, after_answer=False),
+        "killed after the answer": campaign(half, seed + 1, after_answer=True),
     }
-    sys.stdout.write(json.dumps(told, indent=1) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

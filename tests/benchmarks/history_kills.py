@@ -4,14 +4,12 @@ A console on the simulator gets commands by REST as fast as it answers; after a 
 processes get SIGKILL. A row is lost when its command was answered and is not in the history of the next console.
 """
 
-import argparse
 import contextlib
 import http.client
 import json
 import random
 import signal
 import sqlite3
-import sys
 import tempfile
 import threading
 import time
@@ -19,6 +17,7 @@ from pathlib import Path
 
 import psutil
 
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.running_console import Console
 
 WORDS = ("turn left", "turn right", "stop moving", "continue 0.1 meters", "nonsense")
@@ -63,20 +62,15 @@ def kill(folder: Path, after: float) -> tuple[int, int]:
     return len(numbers), len(set(numbers) - stored)
 
 
-def main() -> None:
-    """Print the sums."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--kills", type=int, default=20)
-    parser.add_argument("--seed", type=int, default=0)
-    chosen = parser.parse_args()
-    chance = random.Random(chosen.seed)
+def main(*, kills: int = 20, seed: int = 0) -> None:
+    chance = random.Random(seed)
     total, lost = 0, 0
-    for _ in range(chosen.kills):
+    for _ in range(kills):
         with tempfile.TemporaryDirectory() as folder:
             given, missing = kill(Path(folder), chance.uniform(0.5, 3.0))
         total, lost = total + given, lost + missing
-    sys.stdout.write(json.dumps({"kills": chosen.kills, "answered": total, "lost": lost}) + "\n")
+    print_row({"kills": kills, "answered": total, "lost": lost})
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -7,7 +7,6 @@ can. The few relations from scan to scan judge the map alone, so that they are t
 `python -m tests.benchmarks.intel_relations [--picture FILE]`
 """
 
-import argparse
 import sys
 import time
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 from core.geometry import Pose, wrap
 from core.pipelines.slam import slam_log
 from core.recording import logged_stamp
+from tests.benchmarks.command import print_row, run_command
 from tests.conftest import REPOSITORY
 
 AT_SCAN = 0.001  # [s] from a scan at which a relation's end is that scan: nothing has to be carried on to there
@@ -79,18 +79,14 @@ def told(name: str, found: np.ndarray) -> str:
     )
 
 
-def picture(log_odds: np.ndarray) -> np.ndarray:
+def drawn(log_odds: np.ndarray) -> np.ndarray:
     """Log odds → grey picture, north up."""
     return np.flipud(np.clip(128 - 32 * log_odds, 0, 255).astype(np.uint8))
 
 
-def main() -> None:
-    """Run the log through the same pipeline as `beckon slam`, and score it."""
-    options = argparse.ArgumentParser()
-    options.add_argument("--picture", type=Path)
-    asked = options.parse_args()
+def main(*, picture: Path | None = None) -> None:
     if not FOLDER.is_dir():
-        sys.stdout.write("The recording is not here; shared/data/intel-lab is expected beside the repository.\n")
+        print_row("The recording is not here; shared/data/intel-lab is expected beside the repository.")
         return
     with np.load(FOLDER / "intel.npz") as archive:
         theirs = errors(FOLDER, archive["t"], archive["pose_gmapping"])
@@ -103,10 +99,10 @@ def main() -> None:
     sys.stdout.write(told("Beckon", found) + told(" at scans", found[at_scans(FOLDER, stamps)]))
     short = np.abs(np.subtract(*read_relations(FOLDER)[:, :2].T)) < SHORT
     sys.stdout.write(told(" < 2 s", found[short]) + told(" > 2 s", found[~short]))
-    sys.stdout.write(f"{took:.1f} s of processor for {lasted:.0f} s: {lasted / took:.0f} x real time\n")
-    if asked.picture is not None and result.grid is not None:
-        cv2.imwrite(str(asked.picture), picture(result.grid.log_odds))
+    print_row(f"{took:.1f} s of processor for {lasted:.0f} s: {lasted / took:.0f} x real time")
+    if picture is not None and result.grid is not None:
+        cv2.imwrite(str(picture), drawn(result.grid.log_odds))
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -5,9 +5,6 @@ of them; wheels bend both. How far landmarks lie from the corners of the floor p
 one merely laid on the older one (before), and of the joined one (after).
 """
 
-import argparse
-import json
-import sys
 import time
 from collections.abc import Sequence
 
@@ -20,6 +17,7 @@ from core.simulation.world import world_named
 from core.slam.map.map_file import SavedMap
 from core.slam.map_join import join_maps, match_maps
 from core.slam.mapper import Mapper
+from tests.benchmarks.command import print_row, run_command
 from tests.core.slam.ring import LASER, Moment, drive, told
 
 FIRST_WAY_M = ((11.7, -0.1), (11.7, 7.5), (4.0, 7.5))
@@ -87,18 +85,14 @@ def joined(seed: int) -> dict[str, object]:
     }
 
 
-def main() -> None:
-    """Print one JSON object for each pair of drives."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, nargs="+", default=[1])
-    for seed in parser.parse_args().seeds:
+def main(*, seeds: Sequence[int] = (1,)) -> None:
+    for seed in seeds:
         try:
             told_ = joined(seed)
         except BadInput as refused:
             told_ = {"seed": seed, "refused": str(refused)}
-        sys.stdout.write(json.dumps(told_) + "\n")
-        sys.stdout.flush()
+        print_row(told_)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

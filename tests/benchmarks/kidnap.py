@@ -7,17 +7,14 @@ are further apart than those of a robot that turns on the spot; how far it moved
 floor: the simulated robot (1 % laser) is put at a random place of `sim:floor` by hand, notices it, turns on the spot.
 
 Right: within 0.3 m and 5 degrees. Everything else that is believed is wrong, also at places that are not on the map.
-The figures go to reports/kidnap.json.
 """
 
-import argparse
-import json
 import math
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -38,6 +35,7 @@ from core.slam.relocalization.recovery import RecoveredPose, Recovery
 from core.slam.relocalization.search_pyramid import ScanView
 from core.slam.scan_matching.field_matching import match_scan
 from core.slam.scan_matching.likelihood_field import LikelihoodField
+from tests.benchmarks.command import run_command
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "intel-lab" / "intel.npz"
 NEAR, TURNED = 0.3, math.radians(5)
@@ -298,31 +296,28 @@ def figures(told: list[Outcome]) -> dict[str, object]:
     }
 
 
-def main() -> None:
-    """Print the figures and keep them."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--where", choices=("intel", "floor", "both"), default="both")
-    parser.add_argument("--kidnaps", type=int, default=100)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--every", action="store_true", help="keep every single outcome in the report")
-    chosen = parser.parse_args()
+def main(
+    *,
+    where: Annotated[str, ("intel", "floor", "both")] = "both",
+    kidnaps: int = 100,
+    seed: int = 0,
+    every: bool = False,  # keep every single outcome in the report
+) -> object:
     report: dict[str, object] = {}
-    for where in ("intel", "floor"):
-        if chosen.where not in (where, "both"):
+    for place in ("intel", "floor"):
+        if where not in (place, "both"):
             continue
-        if where == "intel" and not DATA.exists():
-            report[where] = "The Intel Lab log is not here: shared/data is expected beside the repository."
+        if place == "intel" and not DATA.exists():
+            report[place] = "The Intel Lab log is not here: shared/data is expected beside the repository."
             continue
         started = time.process_time()
-        rng = np.random.default_rng(chosen.seed)
-        told = intel(chosen.kidnaps, rng) if where == "intel" else floor(chosen.kidnaps, chosen.seed)
-        report[where] = figures(told) | {"processor_s": round(time.process_time() - started, 1)}
-        if chosen.every:
-            report[f"{where}_outcomes"] = [asdict(outcome) for outcome in told]
-    Path("reports").mkdir(exist_ok=True)
-    Path("reports/kidnap.json").write_text(json.dumps(report, indent=1))
-    sys.stdout.write(json.dumps({k: v for k, v in report.items() if not k.endswith("_outcomes")}, indent=1) + "\n")
+        rng = np.random.default_rng(seed)
+        told = intel(kidnaps, rng) if place == "intel" else floor(kidnaps, seed)
+        report[place] = figures(told) | {"processor_s": round(time.process_time() - started, 1)}
+        if every:
+            report[f"{place}_outcomes"] = [asdict(outcome) for outcome in told]
+    return {k: v for k, v in report.items() if not k.endswith("_outcomes")}
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

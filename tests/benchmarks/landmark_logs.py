@@ -5,7 +5,6 @@ measured once (its nearest neighbour where identities are hidden), and what is a
 gates by a fifth, to show that nothing hangs on their exact values.
 """
 
-import argparse
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 
 from core.recording import Ids
 from core.slam.ekf_slam import EkfSettings
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.log_scores import CORRIDOR, PARK, ROBOTS, Score, score
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
@@ -48,31 +48,26 @@ def summed(scores: list[Score]) -> str:
     return f"median {np.median(errors):.3f}, worst {max(errors):.3f} m, landmarks {[one.landmarks for one in scores]}"
 
 
-def main() -> None:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        "--data", type=Path, default=DATA, help="the folder with mrclam6, corridor-loop, victoria-park"
-    )
-    parser.add_argument("--gates", action="store_true", help="both gates a fifth narrower and wider, too")
-    chosen = parser.parse_args()
+def main(
+    *,
+    data: Path = DATA,  # the folder with mrclam6, corridor-loop, victoria-park
+    gates: bool = False,  # both gates a fifth narrower and wider, too
+) -> None:
     kinds: tuple[Ids, ...] = ("given", "hidden")
     for ids in kinds:
-        sys.stdout.write(f"identities {ids} (asked: {GOALS[ids]})\n")
+        print_row(f"identities {ids} (asked: {GOALS[ids]})")
         robots: list[Score] = []
         for log in LOGS:
-            found = score(chosen.data, log, ids)
+            found = score(data, log, ids)
             robots += [found] if log in ROBOTS else []
             sys.stdout.write(told(log, ids, found))
-        sys.stdout.write(f"  mrclam6: {summed(robots)}\n")
-    for gate, fresh in (
-        ((0.8, 1.0), (1.2, 1.0), (1.0, 0.8), (1.0, 1.2), (0.8, 0.8), (1.2, 1.2)) if chosen.gates else ()
-    ):
+        print_row(f"  mrclam6: {summed(robots)}")
+    for gate, fresh in ((0.8, 1.0), (1.2, 1.0), (1.0, 0.8), (1.0, 1.2), (0.8, 0.8), (1.2, 1.2)) if gates else ():
         usual = EkfSettings()
         changed = replace(usual, gate=gate * usual.gate, fresh=fresh * usual.fresh)
-        robots = [score(chosen.data, log, "hidden", changed) for log in ROBOTS]
-        sys.stdout.write(f"gate x {gate}, fresh x {fresh}, mrclam6 hidden: {summed(robots)}\n")
+        robots = [score(data, log, "hidden", changed) for log in ROBOTS]
+        print_row(f"gate x {gate}, fresh x {fresh}, mrclam6 hidden: {summed(robots)}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -12,11 +12,8 @@ these robots on sockets and the gate in this process: 216 drives of 7 s, the las
 odometry and all, by clocks that count from their start. `--part 2/4`: a quarter of them.
 """
 
-import argparse
 import itertools
-import json
 import math
-import sys
 import threading
 import time
 from abc import ABC, abstractmethod
@@ -38,6 +35,7 @@ from core.robots.ros.topics import LASER_SCAN, ODOMETRY, RosSettings, choose_top
 from core.robots.ros.typestore import TWIST, RobotTypes
 from core.robots.scip import WRAP, SensorTime
 from core.sensors import Laser, Scan, SensorFrame, Wheels
+from tests.benchmarks.command import print_row, run_command
 from tests.emulators.foxglove import FoxgloveEmulator
 from tests.emulators.ros_messages import PROFILE, RosMessageMaker
 from tests.emulators.rosbridge import RosbridgeEmulator
@@ -382,19 +380,17 @@ def table(late: Iterable[float], speeds: Iterable[float]) -> list[dict[str, obje
     return rows
 
 
-def main() -> None:
-    """Print the table, a row a line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--every", type=int, default=1, help="take every n-th lateness")
-    parser.add_argument("--wires", default="", help="robots on sockets, in real time: foxglove,serial+scip")
-    parser.add_argument("--part", default="1/1", help="of these: 2/4 is the second quarter")
-    given = parser.parse_args()
-    part, parts = map(int, given.part.split("/"))
-    wires = list(filter(None, given.wires.split(",")))
-    for row in wire_table(wires, part, parts) if wires else table(LATE_S[:: given.every], SPEEDS_M_S):
-        sys.stdout.write(json.dumps(row) + "\n")
-        sys.stdout.flush()
+def main(
+    *,
+    every: int = 1,  # take every n-th lateness
+    wires: str = "",  # robots on sockets, in real time: foxglove,serial+scip
+    part: str = "1/1",  # of these: 2/4 is the second quarter
+) -> None:
+    number, parts = map(int, part.split("/"))
+    robots = list(filter(None, wires.split(",")))
+    for row in wire_table(robots, number, parts) if robots else table(LATE_S[::every], SPEEDS_M_S):
+        print_row(row)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -4,22 +4,16 @@ Each story is nine seconds of people who speak at two ears, write, type, stop, d
 close pages, while the reader of words is slow or frozen. Time is only counted; see `tests.stories.words_in_time`.
 """
 
-import sys
 import tempfile
 import time
 from collections import Counter
 from pathlib import Path
 
+from tests.benchmarks.command import print_row, run_command
 from tests.stories.words_in_time import told_story
 
 
-def say(words: str) -> None:
-    sys.stdout.write(words + "\n")
-    sys.stdout.flush()
-
-
-def main() -> int:
-    last, first = [int(word) for word in sys.argv[1:]] + [100_000, 0][len(sys.argv) - 1 :]
+def main(last: int = 100_000, first: int = 0) -> int:
     moved: Counter[str] = Counter()
     wrong, begun = 0, time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
@@ -28,13 +22,13 @@ def main() -> int:
             moved += Counter(seen.uttered[words].source for _, words in seen.motions)
             wrong += len(seen.wrong)
             for sentence in seen.wrong:
-                say(f"story {number}: {sentence}")
+                print_row(f"story {number}: {sentence}")
             if (number + 1) % 5000 == 0:
-                say(f"{number + 1 - first} stories, {wrong} violations")
+                print_row(f"{number + 1 - first} stories, {wrong} violations")
     spent = time.perf_counter() - begun
-    say(f"{last - first} stories, {wrong} violations, motions by {dict(moved)}, {spent:.0f} s")
+    print_row(f"{last - first} stories, {wrong} violations, motions by {dict(moved)}, {spent:.0f} s")
     return 1 if wrong else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_command(main)

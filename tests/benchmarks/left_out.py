@@ -10,10 +10,7 @@ right, refused, stopped, wrong, and how many wrong ones move without being said 
 `--into FILE` keeps every search as it is ready, and goes on with those that it holds.
 """
 
-import argparse
 import hashlib
-import json
-import sys
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -31,7 +28,8 @@ from core.speech.settings import SpeechSettings
 from core.speech.synthesis import ENGLISH_VOICES, NATURAL_WORDS_MIN, VoiceSettings, speak
 from core.speech.whisper import recognizer as whisper
 from core.speech.whisper.joint_search import Found
-from tests.benchmarks.accents import drawn, said
+from tests.benchmarks.accents import drawn_sentences, said
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.phrases import (
     NUMBER_PHRASES,
     SPEAKABLE,
@@ -100,7 +98,7 @@ def clips(data: Path) -> Iterator[Clip]:
             partial(_samples, clip),
         )
     for number, voice in enumerate(ENGLISH_VOICES):
-        for seed, (words, pace) in enumerate(drawn(DRAWN_SEED + number)):
+        for seed, (words, pace) in enumerate(drawn_sentences(DRAWN_SEED + number)):
             yield voice, rules(words), words, partial(said, words, voice, seed, pace)
     phrases = (one for one in number_phrases(data) if SPEAKABLE.fullmatch(one[0]))
     for number, (words, may) in enumerate((*islice(phrases, NUMBER_PHRASES), *odd_numbers())):
@@ -167,24 +165,19 @@ class Scored:
         return found[RIGHT] - self._price * found[WRONG]
 
 
-def main() -> None:
-    """Print a row for every speaker, and for all."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--every", type=int, default=1)
-    parser.add_argument("--into", type=Path, help="a file of searches")
-    parser.add_argument("--price", type=float, default=20.0)
-    chosen = parser.parse_args()
+def main(
+    *,
+    data: Path,
+    every: int = 1,
+    into: Path | None = None,  # a file of searches
+    price: float = 20.0,
+) -> None:
     recognizer = open_engine(SpeechSettings(engine="whisper")).recognizer
     assert isinstance(recognizer, whisper.WhisperRecognizer)
-    spoken = list(clips(chosen.data))[:: chosen.every]
-    scored = Scored(Remembered(recognizer, chosen.into), spoken, chosen.price)
+    spoken = list(clips(data))[::every]
+    scored = Scored(Remembered(recognizer, into), spoken, price)
     used = tuple(USED[name] for name in GRID)
     totals: dict[str, Counter[str]] = defaultdict(Counter)
-
-    def say(line: dict[str, Any]) -> None:
-        sys.stdout.write(json.dumps(line) + "\n")
-        sys.stdout.flush()
 
     for speaker in dict.fromkeys(speaker for speaker, *_ in spoken):
         own = [place for place, one in enumerate(spoken) if one[0] == speaker]
@@ -196,15 +189,15 @@ def main() -> None:
             totals[name] += found
             row[name] = {one: found[one] for one in (RIGHT, REFUSED, STOPPED, WRONG) if found[one]}
         changed = zip(GRID, fitted, used, strict=True)
-        say(row | {"thresholds": {name: value for name, value, before in changed if value != before}})
+        print_row(row | {"thresholds": {name: value for name, value, before in changed if value != before}})
         for place in own:
             if scored.outcomes(fitted)[place] == WRONG:
-                say({WRONG: spoken[place][2], "heard": scored.told[fitted][place]})
+                print_row({WRONG: spoken[place][2], "heard": scored.told[fitted][place]})
     for name, found in totals.items():
         share = round(100 * found[WRONG] / found.total(), 2)
-        say({"all": name, "of": found.total(), **found, "wrong_percent": share})
-    say({"moved without being said back": scored.unsaid})
+        print_row({"all": name, "of": found.total(), **found, "wrong_percent": share})
+    print_row({"moved without being said back": scored.unsaid})
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -6,7 +6,6 @@ scan goes through the pilot itself, as in `beckon slam`. Told is the processor t
 that grows and a way that goes on, it should stay as it began.
 """
 
-import argparse
 import json
 import math
 import sys
@@ -23,6 +22,7 @@ from core.robots import Profile
 from core.sensors import Laser, Scan, SensorFrame, Wheels
 from core.simulation.world.plan import Rect, outline
 from core.simulation.world.ray_casting import Surfaces, cast
+from tests.benchmarks.command import print_row, run_command
 
 PERIOD, STRIDE, BEND = 0.18, 0.054, 0.6  # [s], [m], [m] radius of the arcs at crossings
 LASER = Laser(
@@ -138,18 +138,17 @@ def _scan(pose: Pose, surfaces: Surfaces, stamp: float, rng: np.random.Generator
     )
 
 
-def main() -> None:
-    """Print a line for every block of scans, and the last beside the first."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--scans", type=int, default=20_000)
-    parser.add_argument("--block", type=int, default=1000, help="scans of one line")
-    parser.add_argument("--seed", type=int, default=0)
-    chosen = parser.parse_args()
+def main(
+    *,
+    scans: int = 20_000,
+    block: int = 1000,  # scans of one line
+    seed: int = 0,
+) -> None:
     pilot = Pilot(Profile(name="long log", url="", lasers=(LASER,), capabilities=frozenset({"replay"})))
-    sensed, blocks = frames(chosen.seed), list[tuple[float, float, float]]()
-    for first in range(0, chosen.scans, chosen.block):
-        spent, off = np.zeros(chosen.block), 0.0
-        for k, frame in enumerate(islice(sensed, chosen.block)):
+    sensed, blocks = frames(seed), list[tuple[float, float, float]]()
+    for first in range(0, scans, block):
+        spent, off = np.zeros(block), 0.0
+        for k, frame in enumerate(islice(sensed, block)):
             began = time.process_time()
             pilot.step(frame)
             spent[k] = 1000 * (time.process_time() - began)
@@ -159,11 +158,10 @@ def main() -> None:
         blocks.append((float(np.median(spent)), float(spent.mean()), float(np.percentile(spent, 99))))
         row = dict(zip(("median_ms", "mean_ms", "p99_ms"), (round(one, 2) for one in blocks[-1]), strict=True))
         row |= {"most_ms": round(float(spent.max()), 1), "error_at_most_m": round(off, 3)}
-        sys.stdout.write(f"scans {first} to {first + chosen.block}: {json.dumps(row)}\n")
-        sys.stdout.flush()
+        print_row(f"scans {first} to {first + block}: {json.dumps(row)}")
     ratio = np.array(blocks[-1]) / np.array(blocks[0])
     sys.stdout.write("last block beside the first: median {:.2f}, mean {:.2f}, p99 {:.2f} times\n".format(*ratio))
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.benchmarks.attacker import STRANGERS
+from tests.benchmarks.command import print_row, run_command
 from tests.console.live import Live
 
 KEYED = ("flood", "within", "pings")  # who signs in as a viewer
@@ -66,8 +67,8 @@ def main() -> None:
                 time.sleep(ATTACK)
                 attacker.kill()
             told = f"worst callback {1000 * share.worst:6.1f} ms, {1000 * share.total / ATTACK:5.0f} ms of a second"
-            sys.stdout.write(f"{kind:10}{told}\n")
+            print_row(f"{kind:10}{told}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -5,18 +5,16 @@ by REST is gone. The time runs from that moment to the gate's last motion, both 
 robot's gate has that of the simulator.
 """
 
-import argparse
 import contextlib
-import json
 import shutil
 import statistics
-import sys
 import time
 from collections.abc import Callable
 
 import psutil
 from playwright.sync_api import Page, sync_playwright
 
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.running_console import Console, console
 from tests.campaign.struck import TraceOnlooker, moving, until
 
@@ -108,19 +106,13 @@ TRIALS: dict[str, Callable[[], float]] = {
 }
 
 
-def main() -> None:
-    """Print each case."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--trials", type=int, default=3)
-    parser.add_argument("--only", default="")
-    chosen = parser.parse_args()
+def main(*, trials: int = 3, only: str = "") -> None:
     for name, trial in TRIALS.items():
-        if chosen.only in name:
-            found = sorted(round(trial(), 2) for _ in range(chosen.trials))
+        if only in name:
+            found = sorted(round(trial(), 2) for _ in range(trials))
             told = {"lost": name, "median_s": statistics.median(found), "max_s": found[-1], "all_s": found}
-            sys.stdout.write(json.dumps(told) + "\n")
-            sys.stdout.flush()
+            print_row(told)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -7,10 +7,7 @@ are read 40 times a second, as the console does with the robot that it drives: o
 figures are printed as JSON.
 """
 
-import argparse
-import json
 import multiprocessing
-import sys
 import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
@@ -27,6 +24,7 @@ from core.robots.readings import Readings
 from core.robots.ros.socket_link import parse_address
 from core.robots.ros.topics import COMPRESSED, LASER_SCAN, ODOMETRY
 from core.sensors import Scan, Wheels
+from tests.benchmarks.command import run_command
 from tests.emulators.ros_messages import RosMessageMaker
 
 RATES = {"/scan": 10, "/image/compressed": 15, "/odom": 40}  # [Hz]
@@ -202,23 +200,14 @@ def waited_for(true: Callable[[], bool], seconds: float) -> None:
         time.sleep(0.02)
 
 
-def arguments(program: str, about: str | None) -> argparse.Namespace:
-    """How many robots, for how long."""
-    parser = argparse.ArgumentParser(prog=program, description=about)
-    parser.add_argument("--robots", type=int, default=50)
-    parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--watched", type=int, default=1, help="of how many frames are read")
-    return parser.parse_args()
-
-
-def main() -> None:
-    """Measure once and print the figures."""
-    given = arguments("python -m tests.benchmarks.many_robots", __doc__)
-    figures = measure(
-        given.robots, given.seconds, given.watched, send, lambda port: MeasuredRobot(f"//127.0.0.1:{port}")
-    )
-    sys.stdout.write(json.dumps(figures, indent=1) + "\n")
+def main(
+    *,
+    robots: int = 50,
+    seconds: float = 20.0,
+    watched: int = 1,  # of how many frames are read
+) -> object:
+    return measure(robots, seconds, watched, send, lambda port: MeasuredRobot(f"//127.0.0.1:{port}"))
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

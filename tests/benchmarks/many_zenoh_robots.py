@@ -5,9 +5,7 @@ sending stands in the message's stamp. Of pictures only the newest is handed on,
 out before the driver has them; these are counted by themselves.
 """
 
-import json
 import struct
-import sys
 import time
 from multiprocessing.connection import Connection
 from typing import Any
@@ -15,7 +13,8 @@ from typing import Any
 from core.robots.ros.bridge import RosSensors
 from core.robots.ros.zenoh_session import ZenohConnection
 from core.robots.zenoh_link import ZenohRobot, parse_address
-from tests.benchmarks.many_robots import TYPES, arguments, measure, samples, transmit
+from tests.benchmarks.command import run_command
+from tests.benchmarks.many_robots import TYPES, measure, samples, transmit
 from tests.emulators.ros_messages import RosMessageMaker
 from tests.emulators.zenoh_robot import RmwNode, free_port, session
 
@@ -59,9 +58,12 @@ class MeasuredRobot(ZenohRobot):
         super()._hand_on(sensors, topic, payload, publisher)
 
 
-def main() -> None:
-    """Measure once and print the figures."""
-    given = arguments("python -m tests.benchmarks.many_zenoh_robots", __doc__)
+def main(
+    *,
+    robots: int = 50,
+    seconds: float = 20.0,
+    watched: int = 1,  # of how many frames are read
+) -> object:
     devices: list[MeasuredRobot] = []
 
     def connect(port: int) -> MeasuredRobot:
@@ -72,9 +74,8 @@ def main() -> None:
         links = [device.connection() for device in devices]
         return sum(link.waiting.dropped for link in links if link is not None)
 
-    figures = measure(given.robots, given.seconds, given.watched, send, connect, left_out)
-    sys.stdout.write(json.dumps(figures, indent=1) + "\n")
+    return measure(robots, seconds, watched, send, connect, left_out)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

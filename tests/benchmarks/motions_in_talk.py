@@ -7,9 +7,6 @@ how many are only doubted because more may have been said; of talk how much move
 holds back. `--every N` takes every Nth sentence. Every motion from talk is listed; with `--misses` every doubted one.
 """
 
-import argparse
-import json
-import sys
 from collections import Counter
 
 import numpy as np
@@ -23,6 +20,7 @@ from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import SpeechSettings
 from core.speech.understanding.place_names import place_phrases
 from core.speech.whisper.recognizer import WhisperRecognizer
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.place_names import ALL_VOICES, echoed, spoken
 from tests.core.speech.ears import mono
 
@@ -51,12 +49,7 @@ TALK_SENTENCES = (
 )
 
 
-def main() -> None:
-    """Print one JSON object a pace."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--every", type=int, default=1)
-    parser.add_argument("--misses", action="store_true")
-    chosen = parser.parse_args()
+def main(*, every: int = 1, misses: bool = False) -> None:
     recognizer = open_engine(SpeechSettings(engine="whisper")).recognizer
     assert isinstance(recognizer, WhisperRecognizer)
     phrases = place_phrases([NamedPlace(name="round", x_m=0.0, y_m=0.0, route=True)])
@@ -68,11 +61,11 @@ def main() -> None:
             talk = chance.choice(TALK_SENTENCES, len(MOTION_PHRASES), replace=False).tolist()
             for words in (*MOTION_PHRASES, *talk):
                 number += 1
-                if number % chosen.every:
+                if number % every:
                     continue
                 kind = "motions" if words in MOTION_PHRASES else "talk"
                 samples = spoken(words, voice, number, pace)
-                samples = samples if number // chosen.every % SENTENCES_PER_ECHO else echoed(samples, number)
+                samples = samples if number // every % SENTENCES_PER_ECHO else echoed(samples, number)
                 begin, end = voiced(samples)
                 decision = recognizer.decide(Utterance(sound=mono(samples), begin=begin, end=end))
                 doubted = decision.reason == OBJECTIONS[MORE_SAID](words=decision.words)
@@ -80,11 +73,10 @@ def main() -> None:
                 found[kind] += 1
                 found[f"{kind} that move"] += moves
                 found[f"{kind} doubted"] += doubted
-                if (moves and kind == "talk") or (chosen.misses and doubted):
-                    sys.stdout.write(f"  {voice} {pace}: “{words}” → {decision.echo}\n")
-        sys.stdout.write(json.dumps({"pace": pace, **found}) + "\n")
-        sys.stdout.flush()
+                if (moves and kind == "talk") or (misses and doubted):
+                    print_row(f"  {voice} {pace}: “{words}” → {decision.echo}")
+        print_row({"pace": pace, **found})
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

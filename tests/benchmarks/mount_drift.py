@@ -6,11 +6,9 @@ it really sits. False alarms are counted over all tours without any fault; then 
 turns and shifts, and by how much the estimate errs at the end.
 """
 
-import argparse
 import itertools
 import json
 import math
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -28,6 +26,7 @@ from core.simulation.camera import SimulatedCamera
 from core.simulation.laser import SimulatedLaser
 from core.simulation.world import World, world_named
 from core.slam.motion import Motion, WheelTrack
+from tests.benchmarks.command import print_row, run_command
 
 STEP = 0.025  # [s]
 EVERY = 12  # steps between two looks: what lies between moves too little to be counted
@@ -115,31 +114,25 @@ def row(world: str, seed: int, seconds: float, turn: float, shift: float) -> dic
     return {"world": world, "seed": seed, "alarm_s": first, "alarms": begun, "estimate": told}
 
 
-def main() -> None:
-    """Print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tours", type=int, default=20)
-    parser.add_argument("--minutes", type=float, default=3.0)
-    parser.add_argument("--first", type=int, default=0, help="seed of the first tour")
-    parser.add_argument("--out", type=Path)
-    options = parser.parse_args()
-    faults = [(0.0, 0.0, options.tours, 60 * options.minutes)]
-    faults += [(math.radians(turn), 0.0, max(options.tours // 5, 2), 60.0) for turn in (0.5, -0.5, 0.8, 3.0)]
-    faults += [(0.0, 0.03, max(options.tours // 5, 2), 90.0)]
+def main(
+    *,
+    tours: int = 20,
+    minutes: float = 3.0,
+    first: int = 0,  # seed of the first tour
+    out: Path | None = None,
+) -> None:
+    faults = [(0.0, 0.0, tours, 60 * minutes)]
+    faults += [(math.radians(turn), 0.0, max(tours // 5, 2), 60.0) for turn in (0.5, -0.5, 0.8, 3.0)]
+    faults += [(0.0, 0.03, max(tours // 5, 2), 90.0)]
     told: list[dict[str, Any]] = []
-    for turn, shift, tours, seconds in faults:
-        rows = [
-            row(("lab", "floor")[seed % 2], seed, seconds, turn, shift)
-            for seed in range(options.first, options.first + tours)
-        ]
+    for turn, shift, count, seconds in faults:
+        rows = [row(("lab", "floor")[seed % 2], seed, seconds, turn, shift) for seed in range(first, first + count)]
         told.append({"turn_deg": math.degrees(turn), "shift_m": shift, "seconds": seconds, "tours": rows})
-        sys.stdout.write(
-            f"turned {math.degrees(turn):+.1f} deg, shifted {shift:+.3f} m, {tours} tours of {seconds:g} s\n"
-        )
+        print_row(f"turned {math.degrees(turn):+.1f} deg, shifted {shift:+.3f} m, {count} tours of {seconds:g} s")
         for one in rows:
-            sys.stdout.write(f"  {one['world']:5} {one['seed']:3} {_when(one['alarm_s'])}, {_shown(one)}\n")
-    if options.out is not None:
-        options.out.write_text(json.dumps(told, indent=1))
+            print_row(f"  {one['world']:5} {one['seed']:3} {_when(one['alarm_s'])}, {_shown(one)}")
+    if out is not None:
+        out.write_text(json.dumps(told, indent=1))
 
 
 def _when(alarm: float | None) -> str:
@@ -156,4 +149,4 @@ def _shown(one: dict[str, Any]) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -4,7 +4,6 @@ Every mutant is one changed line in a copy of the sources; it is killed by a tes
 after, green without. With words, only mutants whose name holds one of them.
 """
 
-import json
 import os
 import re
 import shutil
@@ -14,6 +13,8 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from tests.benchmarks.command import run_command
 
 ROOT = Path(__file__).resolve().parents[2]
 COPIED = ("core", "console", "static", "tests", "pyproject.toml", "README.md")
@@ -276,14 +277,14 @@ def killers(chosen: Sequence[Mutant]) -> dict[str, str]:
     return found
 
 
-def main() -> None:
+def main() -> object:
     """Print what kills each, as JSON."""
     words = sys.argv[1:]
     chosen = [mutant for mutant in MUTANTS if not words or any(word in mutant.name for word in words)]
     found = killers(chosen)
     survived = [name for name, test in found.items() if not test]
-    sys.stdout.write(json.dumps({"mutants": len(chosen), "survived": survived, "killers": found}, indent=1) + "\n")
+    return {"mutants": len(chosen), "survived": survived, "killers": found}
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -6,19 +6,19 @@ comes, or a second console comes while the first one stands. Told: how far the r
 a radian counts as one; it has to be 0. The client of the first console goes on with its signs of life all the time.
 """
 
-import argparse
 import contextlib
 import os
 import signal
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
 import psutil
 
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.real_sessions import SUBJECTS
 from tests.benchmarks.running_console import Console
 from tests.emulators.robot_process import RobotProcess, robot_process
@@ -149,16 +149,13 @@ def run(name: str) -> dict[str, float]:
         return {event: happen(trial) for event, happen in EVENTS.items()}
 
 
-def main() -> None:
-    """Print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", default=[name for name, kinds in SUBJECTS.items() if kinds])
-    for name in parser.parse_args().names:
+def main(names: Sequence[str] = (name for name, kinds in SUBJECTS.items() if kinds)) -> None:
+    for name in names:
         for event, moved in run(name).items():
             verdict = "ok" if moved < STANDS else "MOVED"
-            sys.stdout.write(f"{name:22} {event:15} {moved:7.4f}  {verdict}  load {os.getloadavg()[0]:.1f}\n")
+            print_row(f"{name:22} {event:15} {moved:7.4f}  {verdict}  load {os.getloadavg()[0]:.1f}")
         sys.stdout.flush()
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -8,13 +8,12 @@ goes through the endpointer. Told: right, refused, stopped, and every wrong moti
 time.
 """
 
-import argparse
-import json
-import sys
 import time
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated
 
 from core.perception.sound.noise_reduction import without_noise
 from core.sensors.microphones import Sound
@@ -25,6 +24,7 @@ from core.speech.settings import PIECE_S, SpeechSettings
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
 from core.speech.understanding.grammar import Refusal, understand
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.voices import WRONG, outcome_of_all
 from tests.benchmarks.word_hearing import ECHOES_KEPT, FirstOnly
 from tests.benchmarks.word_scenes import ARRAY, Clip, Condition, real, scene, synthetic
@@ -95,24 +95,23 @@ def within_bounds(data: Path, count: int) -> list[Clip]:
     return [whole[round(place * (len(whole) - 1) / max(count - 1, 1))] for place in range(count)]
 
 
-def main() -> None:
-    """Print a JSON object for every condition and listener."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--engine", choices=tuple(ENGINES), default="whisper")
-    parser.add_argument("--count", type=int, default=12, help="commands in each condition")
-    parser.add_argument("--listeners", nargs="+", choices=tuple(LISTENERS), default=["one microphone", "array"])
-    parser.add_argument("--conditions", default="", help="only those with this in their names")
-    chosen = parser.parse_args()
-    settings = SpeechSettings(engine=chosen.engine)
+def main(
+    *,
+    data: Path,
+    engine: Annotated[str, ENGINES] = "whisper",
+    count: int = 12,  # commands in each condition
+    listeners: Sequence[Annotated[str, LISTENERS]] = ("one microphone", "array"),
+    conditions: str = "",  # only those with this in their names
+) -> None:
+    settings = SpeechSettings(engine=engine)
     recognizer = open_engine(settings).recognizer
-    others = list(real(chosen.data))
+    others = list(real(data))
     talk = [clip.samples for kind, clip in others if kind == "real-speech"]
     recorded = tuple(clip.samples for kind, clip in others if kind == "noise")
-    clips = within_bounds(chosen.data, chosen.count)
-    for condition in (one for one in CONDITIONS if chosen.conditions in one.name):
+    clips = within_bounds(data, count)
+    for condition in (one for one in CONDITIONS if conditions in one.name):
         sounds = [scene(clip, condition, talk, n, recorded) for n, clip in enumerate(clips)]
-        for name in chosen.listeners:
+        for name in listeners:
             found: Counter[str] = Counter()
             begun = time.process_time()
             for clip, sound in zip(clips, sounds, strict=True):
@@ -121,12 +120,11 @@ def main() -> None:
                 found[result] += 1
                 if result == WRONG:
                     heard = ", ".join(one.echo for one in told)
-                    sys.stdout.write(f"  WRONG {condition.name}, {name}: “{clip.text}” → {heard}\n")
+                    print_row(f"  WRONG {condition.name}, {name}: “{clip.text}” → {heard}")
             spent = round(time.process_time() - begun, 1)
             line = {"condition": condition.name, "listener": name, "of": len(clips), **found, "cpu_s": spent}
-            sys.stdout.write(json.dumps(line) + "\n")
-            sys.stdout.flush()
+            print_row(line)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -8,11 +8,8 @@ Goals: the whole robot with its map in `sim:lab` and `sim:floor` goes to random 
 set down on its way, 0.5 m ahead. Told: how the goals ended, contacts, the way they took, turns to and fro.
 """
 
-import argparse
 import dataclasses
-import json
 import math
-import sys
 
 import numpy as np
 
@@ -24,6 +21,7 @@ from core.settings import Settings
 from core.simulation.settings import SimulationSettings
 from core.simulation.world import World, world_named
 from tests.benchmarks.bare_drive import BareDrive
+from tests.benchmarks.command import print_row, run_command
 
 RADIUS = 0.09  # [m]
 FULL = 0.3  # [m/s]
@@ -66,7 +64,7 @@ def placement(seed: int) -> dict[str, float | bool]:
     return {"contact": drive.contacts > 0, "seconds": rest, "room": room, "faults": len(drive.faults())}
 
 
-def goals(place: str, count: int, seed: int) -> list[dict[str, object]]:
+def goals_in(place: str, count: int, seed: int) -> list[dict[str, object]]:
     """Goals one after the other by the whole robot."""
     rehearsal, rng = Rehearsal(f"sim:{place}", seed=seed, settings=BLIND), np.random.default_rng(seed)
     rehearsal.run(1.5)
@@ -111,14 +109,13 @@ def _goal(rehearsal: Rehearsal, world: World, rng: np.random.Generator, *, block
     }
 
 
-def main() -> None:
-    """Prints the figures as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--placements", type=int, default=100)
-    parser.add_argument("--goals", type=int, default=10, help="in each world")
-    parser.add_argument("--seed", type=int, default=0)
-    chosen = parser.parse_args()
-    put = [placement(seed) for seed in range(chosen.seed, chosen.seed + chosen.placements)]
+def main(
+    *,
+    placements: int = 100,
+    goals: int = 10,  # in each world
+    seed: int = 0,
+) -> None:
+    put = [placement(number) for number in range(seed, seed + placements)]
     if put:
         seconds = np.array([one["seconds"] for one in put])
         stopped = seconds[np.isfinite(seconds)]
@@ -132,20 +129,14 @@ def main() -> None:
             "seconds_to_rest_max": float(stopped.max()),
             "least_room_m": min(float(one["room"]) for one in put),
         }
-        tell(figures)
+        print_row(figures)
     for place in ("lab", "floor"):
-        rows = goals(place, chosen.goals, chosen.seed)
+        rows = goals_in(place, goals, seed)
         for row in rows:
-            tell(row)
+            print_row(row)
         ends = {state: sum(row["state"] == state for row in rows) for state in {str(row["state"]) for row in rows}}
-        tell({"place": place, "goals": len(rows), "ends": ends, "contacts": sum(r["contacts"] for r in rows)})
-
-
-def tell(row: dict[str, object]) -> None:
-    """One line of JSON, at once."""
-    sys.stdout.write(json.dumps(row) + "\n")
-    sys.stdout.flush()
+        print_row({"place": place, "goals": len(rows), "ends": ends, "contacts": sum(r["contacts"] for r in rows)})
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -10,6 +10,8 @@ import sys
 
 from websockets.asyncio.client import ClientConnection, connect
 
+from tests.benchmarks.command import print_row
+
 SLOW_READ_BYTES = 1000  # a second
 
 
@@ -44,8 +46,7 @@ async def watch(port: int, viewers: int, key: str = "") -> None:
 
     slow = trickle(port, key)
     reading = asyncio.gather(slow, *(read(line) for line in opened[:-1]), return_exceptions=True)
-    sys.stdout.write("watching\n")
-    sys.stdout.flush()
+    print_row("watching")
     await reading
 
 

@@ -14,6 +14,8 @@ import time
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
+from tests.benchmarks.command import print_row
+
 
 async def hold(port: int, through: int, key: str = "") -> None:
     """Press once, then echo the newest nonce 20 times a second, as the page does."""
@@ -40,8 +42,7 @@ async def hold(port: int, through: int, key: str = "") -> None:
             await asyncio.sleep(0.05)
             seq += 1
             await console.send(drive(0.0, seq, press, gate))
-        sys.stdout.write("holding\n")
-        sys.stdout.flush()
+        print_row("holding")
         while not listening.done():
             seq += 1
             await console.send(drive(0.12, seq, press + 1, gate))

@@ -6,7 +6,6 @@ likeliest under a normal prior), or by how much the bounds have to give way for 
 (1 nat at most). The offsets are added to the scores of the other sentences of that speaker, which took no part.
 """
 
-import argparse
 import json
 from collections import Counter
 from collections.abc import Callable, Iterable
@@ -24,6 +23,7 @@ from core.speech.settings import SpeechSettings
 from core.speech.understanding.numbers import number_words
 from core.speech.whisper import recognizer as whisper
 from core.speech.whisper.joint_search import Found
+from tests.benchmarks.command import run_command
 from tests.benchmarks.left_out import Remembered, clips
 from tests.benchmarks.phrases import judged
 from tests.benchmarks.voices import REFUSED, RIGHT, STOPPED, WRONG, utterance
@@ -114,20 +114,19 @@ def _rule(meaning: whisper.Meaning) -> str:
     return f"{meaning.key[0]}({numbers})" if numbers else meaning.key[0]
 
 
-def main() -> None:
-    """Write what became of the sentences that took no part, for people and for synthetic voices."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--into", type=Path, required=True, help="a file of searches")
-    parser.add_argument("--out", type=Path, required=True)
-    chosen = parser.parse_args()
+def main(
+    *,
+    data: Path,
+    into: Path,  # a file of searches
+    out: Path,
+) -> None:
     once = lru_cache(2048)(lambda pcm, rate, to: resampled(np.frombuffer(pcm), rate, to))
     resampled = whisper.resampled
     whisper.resampled = lambda samples, rate, to: once(np.asarray(samples, float).tobytes(), rate, to)
     recognizer = open_engine(SpeechSettings(engine="whisper")).recognizer
     assert isinstance(recognizer, whisper.WhisperRecognizer)
-    learned = Learned(recognizer, chosen.into)
-    spoken = [(speaker, (may, utterance(sound()))) for speaker, may, _, sound in clips(chosen.data)]
+    learned = Learned(recognizer, into)
+    spoken = [(speaker, (may, utterance(sound()))) for speaker, may, _, sound in clips(data)]
     ways: dict[str, Callable[[list[Said]], None]] = {
         "as it is": lambda _: None,
         "offsets of the words of numbers": learned.learn_offsets,
@@ -150,8 +149,8 @@ def main() -> None:
         for way, by_kind in totals.items()
         for kind, found in by_kind.items()
     ]
-    chosen.out.write_text(json.dumps({"read": READ, "draws": READING_DRAWS, "rows": told}, indent=1))
+    out.write_text(json.dumps({"read": READ, "draws": READING_DRAWS, "rows": told}, indent=1))
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

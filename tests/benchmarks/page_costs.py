@@ -7,10 +7,7 @@ looking, with a viewer and while driving, and the memory of all processes at res
 shows the flat map.
 """
 
-import argparse
-import json
 import os
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -20,6 +17,7 @@ from typing import Any
 import psutil
 from playwright.sync_api import CDPSession, Page, expect, sync_playwright
 
+from tests.benchmarks.command import run_command
 from tests.browser.conftest import chromium_path
 from tests.browser.running_console import Running
 from tests.browser.visit import FLAT
@@ -124,12 +122,9 @@ def measured(seconds: float) -> dict[str, Any]:
     return report
 
 
-def main() -> None:
-    """The command."""
-    parser = argparse.ArgumentParser(description="What a console and its page cost.")
-    parser.add_argument("--seconds", type=float, default=20.0)
-    sys.stdout.write(json.dumps(measured(parser.parse_args().seconds), indent=1) + "\n")
+def main(*, seconds: float = 20.0) -> object:
+    return measured(seconds)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

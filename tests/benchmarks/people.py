@@ -9,11 +9,9 @@ Then, of pictures with two people of whom one was taught at another place in oth
 where the voice may be either's, and found, or rightly refused, where it is the one's or the other's.
 """
 
-import argparse
 import json
 import math
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -35,6 +33,7 @@ from core.perception.people.vertical_plane import VerticalPlanes
 from core.sensors import Camera
 from core.simulation.camera import SimulatedCamera
 from core.simulation.world import LAB, Thing
+from tests.benchmarks.command import print_row, run_command
 from tests.drawn_people import ROBOTS, VIEW_HALF_RAD, WEBCAM, DrawnPerson, DrawnScene, Stage
 
 SOUND_SD = 0.05  # [rad] of the direction of the voice
@@ -223,33 +222,32 @@ def _columns(scene: DrawnScene, one: DrawnPerson) -> tuple[float, float]:
     return float(seen[:, 0].min()), float(seen[:, 0].max())
 
 
-def main() -> None:
-    """The command."""
-    parser = argparse.ArgumentParser(description="How well people are found in pictures.")
-    parser.add_argument("--scenes", type=int, default=150)
-    parser.add_argument("--seed", type=int, default=101)
-    parser.add_argument("--peer", help="an interpreter with OpenCV 4")
-    parser.add_argument("--json", action="store_true")
-    asked = parser.parse_args()
+def main(
+    *,
+    scenes: int = 150,
+    seed: int = 101,
+    peer: str | None = None,  # an interpreter with OpenCV 4
+    as_json: bool = False,
+) -> None:
     cv2.setNumThreads(1)
     report: dict[str, dict[str, dict[str, float]]] = {}
     for kind in KINDS:
-        scenes = pictures(kind, asked.scenes, asked.seed)
-        rows = {"ours": ours(scenes, np.random.default_rng(asked.seed))}
+        drawn = pictures(kind, scenes, seed)
+        rows = {"ours": ours(drawn, np.random.default_rng(seed))}
         if kind.people == 2:
-            rows["of two the one who was taught"] = choices(scenes)
-        if asked.peer:
-            rows["OpenCV 4 HOG"] = peers(scenes, asked.peer)
+            rows["of two the one who was taught"] = choices(drawn)
+        if peer:
+            rows["OpenCV 4 HOG"] = peers(drawn, peer)
         report[kind.name] = rows
-        if not asked.json:
+        if not as_json:
             for who, row in rows.items():
                 figures = ", ".join(f"{key} {value:.3g}" for key, value in row.items())
-                sys.stdout.write(f"{kind.name} · {who}: {figures}\n")
-    if asked.json:
-        sys.stdout.write(json.dumps(report) + "\n")
-    elif not asked.peer:
-        sys.stdout.write("No --peer given: OpenCV 4's HOG people detector was not measured.\n")
+                print_row(f"{kind.name} · {who}: {figures}")
+    if as_json:
+        print_row(report)
+    elif not peer:
+        print_row("No --peer given: OpenCV 4's HOG people detector was not measured.")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -11,7 +11,6 @@ pictures without anybody are drawn at random. Partial views are those of views.t
 same; `--peer` names an interpreter with OpenCV 4, whose HOG people detector looks at whole pictures.
 """
 
-import argparse
 import csv
 import json
 import math
@@ -21,7 +20,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
@@ -39,6 +38,7 @@ from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.detector import PoseDetector
 from core.perception.people.pose.networks import LiteRtNetworks, OpenCvNetworks, has_litert
 from core.sensors import Camera
+from tests.benchmarks.command import print_row, run_command
 
 PHOTOS = Path(__file__).resolve().parents[3] / "shared/data/people_photos"
 FIELD = 1.0  # [rad] that a picture is taken to be wide
@@ -301,7 +301,7 @@ def _looks(pixels: Array, person: Person, detector: PersonDetector, rng: np.rand
     return next((one.looks for one in people if overlap(one.box, person.box) >= FOUND), None)
 
 
-def peer(photographs: Sequence[Photo], interpreter: str) -> dict[str, float]:
+def peers_row(photographs: Sequence[Photo], interpreter: str) -> dict[str, float]:
     """OpenCV 4's HOG, which knows of no direction."""
     names = [str(PHOTOS / "pictures" / one.file) for one in photographs]
     run = subprocess.run(
@@ -440,18 +440,17 @@ def _outlined(picture: Array, box: Box, colour: tuple[int, int, int]) -> None:
     cv2.rectangle(picture, (left, top), (right, bottom), colour, 2)
 
 
-def main() -> None:
-    """The command."""
-    parser = argparse.ArgumentParser(description="How well real people are found in photographs.")
-    parser.add_argument("--part", choices=("dev", "test", "all"), default="test")
-    parser.add_argument("--rounds", type=int, default=4)
-    parser.add_argument("--peer", help="an interpreter with OpenCV 4")
-    parser.add_argument("--sheets", type=Path, help="where contact sheets go")
-    parser.add_argument("--only", default="", help="detectors whose names hold this")
-    parser.add_argument("--kind", default="", help="kinds of question whose names hold this")
-    asked = parser.parse_args()
+def main(
+    *,
+    part: Annotated[str, ("dev", "test", "all")] = "test",
+    rounds: int = 4,
+    peer: str | None = None,  # an interpreter with OpenCV 4
+    sheets: Path | None = None,  # where contact sheets go
+    only: str = "",  # detectors whose names hold this
+    kind: str = "",  # kinds of question whose names hold this
+) -> None:
     cv2.setNumThreads(1)
-    whole = photos(asked.part)
+    whole = photos(part)
     nobody = [one for one in whole if not one.people]
     kinds = {
         "direction and distance": (whole, "distance"),
@@ -463,29 +462,27 @@ def main() -> None:
     }
     report: dict[str, dict[str, Any]] = {}
     for name, detector in detectors().items():
-        if asked.only not in name:
+        if only not in name:
             continue
-        for kind, (some, how) in kinds.items():
-            if asked.kind not in kind:
+        for asked_how, (some, how) in kinds.items():
+            if kind not in asked_how:
                 continue
-            sheet = ContactSheet(asked.sheets, f"{name}-{kind}".replace(" ", "_")) if asked.sheets else None
+            sheet = ContactSheet(sheets, f"{name}-{asked_how}".replace(" ", "_")) if sheets else None
             tell = sheet.add if sheet is not None else lambda *_: None
-            row = measured(some, detector, how, 1 if sheet is not None else asked.rounds, tell).row()
-            report.setdefault(name, {})[kind] = row
+            row = measured(some, detector, how, 1 if sheet is not None else rounds, tell).row()
+            report.setdefault(name, {})[asked_how] = row
             if sheet is not None:
                 sheet.write()
-            sys.stderr.write(f"{name:26} {kind:24} {row}\n")
-        if "pose" in name and asked.kind in "clothes":
+            sys.stderr.write(f"{name:26} {asked_how:24} {row}\n")
+        if "pose" in name and kind in "clothes":
             report.setdefault(name, {})["clothes"] = clothes(whole, detector)
             sys.stderr.write(f"{name:26} clothes {report[name]['clothes']}\n")
-    if asked.peer:
-        report["HOG of OpenCV 4"] = {"anywhere": peer(whole, asked.peer)}
+    if peer:
+        report["HOG of OpenCV 4"] = {"anywhere": peers_row(whole, peer)}
         sys.stderr.write(f"HOG of OpenCV 4 {report['HOG of OpenCV 4']}\n")
     people = sum(one.standing for photo in whole for one in photo.people)
-    sys.stdout.write(
-        json.dumps({"part": asked.part, "standing": people, "nobody": len(nobody), "figures": report}) + "\n"
-    )
+    print_row({"part": part, "standing": people, "nobody": len(nobody), "figures": report})
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

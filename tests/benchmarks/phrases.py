@@ -10,13 +10,11 @@ one) by four of them each. Words that stop stand beside clauses of the documenta
 confidence in them. `--spoken N` takes every Nth spoken phrase; 0: none. Every wrong motion is listed.
 """
 
-import argparse
 import itertools
 import json
 import re
-import sys
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +28,8 @@ from core.speech.recognition.recognizer import for_words
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import ACCENTS, NATURAL_WORDS_MIN, VoiceSettings, speak
 from core.speech.understanding.grammar import Refusal, says_stop, understand
-from tests.benchmarks.accents import drawn
+from tests.benchmarks.accents import drawn_sentences
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.voices import (
     REFUSED,
     RIGHT,
@@ -72,8 +71,6 @@ ODD_LENGTHS = ("second meter", "third meter", "two feet", "two miles", "two mete
 ODD_VOICES = 4  # for each of them
 DRAWN_SEED = 900
 
-Say = Callable[[str], None]
-
 
 def allowed(rule: str) -> set[str]:
     """The commands that a rule of phr.tsv lets a phrase be; it may always be refused."""
@@ -92,7 +89,7 @@ def number_phrases(data: Path) -> Iterator[tuple[str, set[str]]]:
         phrase, rule = line.split("\t")[:2]
         yield phrase, allowed(rule)
     for seed in itertools.count(DRAWN_SEED):
-        for phrase, _ in drawn(seed):
+        for phrase, _ in drawn_sentences(seed):
             meant = understand(phrase)
             assert isinstance(meant, Command)
             yield phrase, {rule_of(meant)}
@@ -123,9 +120,9 @@ def as_typed(words: str) -> Command | None:
     return None if isinstance(read, Refusal) else read
 
 
-def row(say: Say, name: str, found: Counter[str]) -> None:
+def row(name: str, found: Counter[str]) -> None:
     """Write a row of the table."""
-    say(f"{name:42}{found.total():6}" + "".join(f"{found[one]:9}" for one in (RIGHT, REFUSED, STOPPED, WRONG)))
+    print_row(f"{name:42}{found.total():6}" + "".join(f"{found[one]:9}" for one in (RIGHT, REFUSED, STOPPED, WRONG)))
 
 
 def offers_that_change(phrases: Iterable[tuple[str, set[str]]]) -> list[str]:
@@ -140,7 +137,7 @@ def offers_that_change(phrases: Iterable[tuple[str, set[str]]]) -> list[str]:
     return changed
 
 
-def typed(data: Path, say: Say) -> None:
+def typed(data: Path) -> None:
     """The rows of typed words."""
     phrases = list(itertools.islice(number_phrases(data), NUMBER_PHRASES))
     found: Counter[str] = Counter()
@@ -149,23 +146,22 @@ def typed(data: Path, say: Say) -> None:
         result = judged([command], may)
         found[result] += 1
         if result == WRONG and command is not None:
-            say(f"  {WRONG} “{words}” → {command.heard_as}")
-    row(say, "numbers, typed", found)
+            print_row(f"  {WRONG} “{words}” → {command.heard_as}")
+    row("numbers, typed", found)
     for changed in offers_that_change(phrases):
-        say(f"  the offer changes the number: {changed}")
+        print_row(f"  the offer changes the number: {changed}")
     stops = Counter(
         STOPPED if (it := as_typed(one)) and it.name == STOP_MOVING.name else WRONG for one in stop_words()
     )
-    row(say, "words that stop, typed", stops)
+    row("words that stop, typed", stops)
     clauses = list(documentation())
     stopping = [one for one in clauses if says_stop(one)]
     plain = [one for one in stopping if "stop" not in one.lower()]
     row(
-        say,
         "clauses of the documentation, typed",
         Counter({REFUSED: len(clauses) - len(stopping), STOPPED: len(stopping)}),
     )
-    say(f"  stopped without the word stop: {plain}")
+    print_row(f"  stopped without the word stop: {plain}")
 
 
 def documentation() -> Iterator[str]:
@@ -188,7 +184,7 @@ def as_it_sounds(words: str, may: set[str]) -> set[str]:
     return {*may, SAME_SOUND[number]} if number in SAME_SOUND else may
 
 
-def spoken(data: Path, decide: Decide, every: int, say: Say) -> None:
+def of_synthesis(data: Path, decide: Decide, every: int) -> None:
     """The rows of spoken words."""
     phrases = ((words, may) for words, may in number_phrases(data) if SPEAKABLE.fullmatch(words))
     numbers = list(itertools.islice(phrases, NUMBER_PHRASES))
@@ -208,9 +204,9 @@ def spoken(data: Path, decide: Decide, every: int, say: Say) -> None:
             found[result] += 1
             unsaid += result == WRONG and not said_back(decisions)
             if result == WRONG or (result != STOPPED and may == {STOP_MOVING.name}):
-                say(f"  {result} {voice}, pitch {pitch} “{words}” → {told(decisions)}")
-        row(say, name, found)
-        say(f"  wrong without being said back: {unsaid}")
+                print_row(f"  {result} {voice}, pitch {pitch} “{words}” → {told(decisions)}")
+        row(name, found)
+        print_row(f"  wrong without being said back: {unsaid}")
 
 
 def said_back(decisions: Iterable[Decision]) -> bool:
@@ -223,7 +219,7 @@ def told(decisions: list[Decision]) -> str:
     return ", ".join(f"{one.echo} ({one.verdict} {one.confidence:.2f})" for one in decisions) or "nothing"
 
 
-def speakers(folder: Path, decide: Decide, say: Say) -> None:
+def of_speakers(folder: Path, decide: Decide) -> None:
     """Recordings of a folder, those of one speaker together, and how often their numbers are right."""
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     unsaid = 0
@@ -231,23 +227,23 @@ def speakers(folder: Path, decide: Decide, say: Say) -> None:
     before = ""
     for number, (speaker, clip) in enumerate(clips_of(folder)):
         if before not in (speaker, ""):
-            row(say, f"{folder.name}, {before}", counts[before])
+            row(f"{folder.name}, {before}", counts[before])
         before = speaker
         decisions = decide(padded(clip.samples, number))
         result = outcome_of_all(clip.text, decisions)
         counts[speaker][result] += 1
         unsaid += result == WRONG and not said_back(decisions)
         if result == WRONG:
-            say(f"  {result} {speaker} “{clip.text}” → {told(decisions)}")
+            print_row(f"  {result} {speaker} “{clip.text}” → {told(decisions)}")
         meant = Sentence(clip.text).meaning
         for one in decisions:
             if meant[1] and Sentence(one.words).meaning[1]:
                 heard.append(HeardNumber(speaker, log_odds(one.confidence), Sentence(one.words).meaning == meant))
-    row(say, f"{folder.name}, {before}", counts[before])
-    row(say, f"{folder.name}, all", sum(counts.values(), Counter()))
-    say(f"  wrong without being said back: {unsaid}; by the confidence: {json.dumps(as_given(heard))}")
+    row(f"{folder.name}, {before}", counts[before])
+    row(f"{folder.name}, all", sum(counts.values(), Counter()))
+    print_row(f"  wrong without being said back: {unsaid}; by the confidence: {json.dumps(as_given(heard))}")
     if len(counts) > 1:
-        say(f"  by a fit to all other speakers: {json.dumps(reliability(heard))}")
+        print_row(f"  by a fit to all other speakers: {json.dumps(reliability(heard))}")
 
 
 def as_given(heard: list[HeardNumber]) -> dict[str, tuple[int, float]]:
@@ -262,33 +258,22 @@ def as_given(heard: list[HeardNumber]) -> dict[str, tuple[int, float]]:
     return table
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--engine", default="whisper")
-    parser.add_argument("--spoken", type=int, default=1, metavar="N")
-    parser.add_argument("--speakers", type=Path, nargs="+", default=[])
-    chosen = parser.parse_args()
+def main(*, data: Path, engine: str = "whisper", spoken: int = 1, speakers: Sequence[Path] = ()) -> None:
 
-    def say(line: str) -> None:
-        sys.stdout.write(line + "\n")
-        sys.stdout.flush()
-
-    say(f"{'':42}{'of':>6}" + "".join(f"{one:>9}" for one in (RIGHT, REFUSED, STOPPED, WRONG)))
-    if not chosen.speakers:
-        typed(chosen.data, say)
-    if not (chosen.speakers or chosen.spoken):
+    print_row(f"{'':42}{'of':>6}" + "".join(f"{one:>9}" for one in (RIGHT, REFUSED, STOPPED, WRONG)))
+    if not speakers:
+        typed(data)
+    if not (speakers or spoken):
         return
-    settings = SpeechSettings(engine=chosen.engine)
+    settings = SpeechSettings(engine=engine)
     recognizer = open_engine(settings).recognizer
     decide = as_cut(recognizer, settings)
-    for folder in chosen.speakers:
-        speakers(folder, decide, say)
-    if not chosen.speakers:
-        spoken(chosen.data, decide, chosen.spoken, say)
-        say(f"  talk, {json.dumps(talk(recognizer, settings, chosen.data))}")
+    for folder in speakers:
+        of_speakers(folder, decide)
+    if not speakers:
+        of_synthesis(data, decide, spoken)
+        print_row(f"  talk, {json.dumps(talk(recognizer, settings, data))}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -7,10 +7,8 @@ the corners of the walls. Each condition with and without the preparation that t
 pictures are the same. Last, the processor time of judging and of finding.
 """
 
-import argparse
 import json
 import math
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -29,6 +27,7 @@ from core.perception.landmarks.level_view import level_view
 from core.sensors import Camera, Image
 from core.simulation.camera import SimulatedCamera
 from core.simulation.world import World, cast, world_named
+from tests.benchmarks.command import print_row, run_command
 
 CAMERA = Camera()
 NEAR = math.radians(1.0)  # an edge closer than this to a true one is that one
@@ -193,16 +192,10 @@ def times(sites: list[Place]) -> dict[str, float]:
     return spent
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--poses", type=int, default=24)
-    parser.add_argument("--out", type=Path)
-    options = parser.parse_args()
+def main(*, poses: int = 24, out: Path | None = None) -> None:
     cv2.setNumThreads(1)
-    sites = places(options.poses)
-    say = sys.stdout.write
-    say(f"{'':46}    found   corners  false/pic  bearing deg   (as it comes | prepared)   noise  blur  states\n")
+    sites = places(poses)
+    print_row(f"{'':46}    found   corners  false/pic  bearing deg   (as it comes | prepared)   noise  blur  states")
     rows: list[dict[str, Any]] = []
     for condition in CONDITIONS:
         plain, done = (figures(sites, condition, prepared) for prepared in (False, True))
@@ -220,12 +213,12 @@ def main() -> None:
         )
         width = done["blur_median_px"]
         pairs.append(f"{done['noise_median']:.1f}  {'-' if width is None else f'{width:.1f}'}  {done['states']}")
-        say("  ".join(pairs) + "\n")
+        print_row("  ".join(pairs))
     spent = times(sites)
-    say(", ".join(f"{name} {value:.2f}" for name, value in spent.items()) + "\n")
-    if options.out is not None:
-        options.out.write_text(json.dumps({"poses": options.poses, "rows": rows, **spent}, indent=1))
+    print_row(", ".join(f"{name} {value:.2f}" for name, value in spent.items()))
+    if out is not None:
+        out.write_text(json.dumps({"poses": poses, "rows": rows, **spent}, indent=1))
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

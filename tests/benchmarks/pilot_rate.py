@@ -8,18 +8,17 @@ to reports/pilot_rate.json.
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import contextlib
 import json
 import multiprocessing
-import sys
 import time
-from pathlib import Path
+from typing import Annotated
 
 import psutil
 from websockets.asyncio.client import connect
 
+from tests.benchmarks.command import run_command
 from tests.benchmarks.running_console import console
 
 MOUTH = (1.2, 0.9)  # [m] where they stand
@@ -101,18 +100,9 @@ def campaign(viewers: int, seconds: float, talk: str) -> dict[str, object]:
     }
 
 
-def main() -> None:
-    """Print the figures and keep them."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--viewers", type=int, default=5)
-    parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--talk", choices=("read", "unread"), default="")
-    chosen = parser.parse_args()
-    found = campaign(chosen.viewers, chosen.seconds, chosen.talk)
-    Path("reports").mkdir(exist_ok=True)
-    Path("reports/pilot_rate.json").write_text(json.dumps(found, indent=1))
-    sys.stdout.write(json.dumps(found, indent=1) + "\n")
+def main(*, viewers: int = 5, seconds: float = 60.0, talk: Annotated[str, ("read", "unread")] = "") -> object:
+    return campaign(viewers, seconds, talk)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -12,13 +12,11 @@ talk of speech_real in FOLDER, with the names and without them. `--room`: instea
 simulator's room as the robot hears it, by its array of four 2 m away (RT60 0.3 s, which the simulator has).
 """
 
-import argparse
 import json
 import re
 import subprocess
-import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from shutil import which
@@ -41,6 +39,7 @@ from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.understanding.place_names import check_name_apart, place_phrases
 from core.speech.whisper.recognizer import WhisperRecognizer
 from tests.benchmarks.accents import said
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.noisy_voices import decisions
 from tests.benchmarks.voices import REFUSED, RIGHT, STOPPED, WRONG, utterance
 from tests.benchmarks.word_hearing import padded
@@ -203,51 +202,46 @@ def outcome(wanted: Wanted, decision: Decision) -> str:
     return STOPPED if not spec_of(command.name).moves else WRONG
 
 
-def main() -> None:
-    """Print one JSON object for each kind of sentence."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--every", type=int, default=1)
-    parser.add_argument("--misses", action="store_true")
-    parser.add_argument("--kinds", nargs="+", default=[])
-    parser.add_argument("--stop-at", action="store_true")
-    parser.add_argument("--into", type=Path, help="a file of results")
-    parser.add_argument("--talk", type=Path)
-    parser.add_argument("--room", action="store_true")
-    chosen = parser.parse_args()
+def main(
+    *,
+    every: int = 1,
+    misses: bool = False,
+    kinds: Sequence[str] = (),
+    stop_at: bool = False,
+    into: Path | None = None,  # a file of results
+    talk: Path | None = None,
+    room: bool = False,
+) -> None:
     recognizer = open_engine(SpeechSettings(engine="whisper")).recognizer
     assert isinstance(recognizer, WhisperRecognizer)
-    if chosen.talk:
-        clips = [*synthetic(chosen.talk, "near-miss"), *(clip for _, clip in real(chosen.talk))][:: chosen.every]
+    if talk:
+        clips = [*synthetic(talk, "near-miss"), *(clip for _, clip in real(talk))][::every]
         for names in (False, True):
             recognizer.learn(place_phrases(places()) if names else ())
             found = Counter(outcome(None, recognizer.decide(utterance(clip.samples))) for clip in clips)
-            sys.stdout.write(json.dumps({"talk": "with names" if names else "without names", **found}) + "\n")
-            sys.stdout.flush()
+            print_row({"talk": "with names" if names else "without names", **found})
     recognizer.learn(place_phrases(places()))
     known: list[dict[str, str]] = []
-    if chosen.into and chosen.into.exists():
-        known = [json.loads(line) for line in chosen.into.read_text().splitlines()]
+    if into and into.exists():
+        known = [json.loads(line) for line in into.read_text().splitlines()]
     done = {(one["voice"], one["kind"], one["words"]): one for one in known}
     results: dict[str, Counter[str]] = {}
-    for voice, kind, words, wanted, heard in sentences(
-        chosen.every, STOP_AT if chosen.stop_at else GO_TO, chosen.kinds, chosen.room
-    ):
+    for voice, kind, words, wanted, heard in sentences(every, STOP_AT if stop_at else GO_TO, kinds, room):
         told = done.get((voice, kind, words))
         if told is None:
             decided = heard(recognizer)
             told = {"voice": voice, "kind": kind, "words": words, "result": outcome_of_all(wanted, decided)}
             told["heard"] = " | ".join(one.echo for one in decided)
-            if chosen.into:
-                with chosen.into.open("a") as file:
+            if into:
+                with into.open("a") as file:
                     file.write(json.dumps(told) + "\n")
         result = told["result"]
         results.setdefault(kind, Counter())[result] += 1
-        if result == WRONG or (chosen.misses and result != RIGHT):
-            sys.stdout.write(f"  {result} {voice} {kind}: “{words}” → {told['heard']}\n")
-            sys.stdout.flush()
+        if result == WRONG or (misses and result != RIGHT):
+            print_row(f"  {result} {voice} {kind}: “{words}” → {told['heard']}")
     for kind, found in results.items():
-        sys.stdout.write(json.dumps({"sentences": kind, "of": found.total(), **found}) + "\n")
+        print_row({"sentences": kind, "of": found.total(), **found})
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -7,7 +7,6 @@ is up again [s], the next console's start included; and commands that were answe
 A console at rest has no recorder for its first 20 s, or until 5 s after the first motion: none is waited for there.
 """
 
-import argparse
 import contextlib
 import json
 import math
@@ -22,6 +21,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Annotated
 
 import psutil
 
@@ -29,6 +29,7 @@ from core.gate import Limits
 from core.robots.process import TWIST_TIMEOUT_S
 from core.sensors.wheels import MOVING_SPEED
 from core.simulation.settings import SimulationSettings
+from tests.benchmarks.command import run_command
 from tests.benchmarks.late_scans import FAILSAFE_S
 from tests.benchmarks.no_motion import Trial, until
 from tests.benchmarks.real_sessions import SUBJECTS
@@ -143,29 +144,27 @@ def campaign(
                 yield trial.kill(process)
 
 
-def main() -> None:
-    """Print each kill, then the worst of each process, as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--kills", type=int, default=200)
-    parser.add_argument("--wires", choices=[name for name, kinds in SUBJECTS.items() if kinds], default="foxglove")
-    parser.add_argument("--seed", type=int, default=0)
-    chosen = parser.parse_args()
+def main(
+    *,
+    kills: int = 200,
+    wires: Annotated[str, [name for name, kinds in SUBJECTS.items() if kinds]] = "foxglove",
+    seed: int = 0,
+) -> object:
     found = defaultdict[str, list[ProcessKill]](list)
-    for one in campaign(chosen.wires, chosen.kills, chosen.seed):
+    for one in campaign(wires, kills, seed):
         found[one.process].append(one)
         sys.stderr.write(json.dumps(asdict(one)) + "\n")
-    told = {
+    return {
         process: {
-            "kills": len(kills),
-            "rest_ms": max((one.rest_ms for one in kills if one.rest_ms is not None), default=None),
-            "up_s": max(one.up_s for one in kills),
-            "answered": sum(one.answered for one in kills),
-            "lost": sum(one.lost for one in kills),
+            "kills": len(these),
+            "rest_ms": max((one.rest_ms for one in these if one.rest_ms is not None), default=None),
+            "up_s": max(one.up_s for one in these),
+            "answered": sum(one.answered for one in these),
+            "lost": sum(one.lost for one in these),
         }
-        for process, kills in found.items()
+        for process, these in found.items()
     }
-    sys.stdout.write(json.dumps(told, indent=1) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -6,7 +6,6 @@ all forms, and live pieces of any size. A refusal is a sentence (BeckonError); a
 warnings included, is a crash. Told: how many sounds each entrance took, and how many it refused.
 """
 
-import argparse
 import json
 import sys
 import tempfile
@@ -42,6 +41,7 @@ from core.slam.estimate import Estimate
 from core.speech.practice_voice import practice_voice
 from core.speech.settings import SpeechSettings
 from tests.benchmarks.carried_out import carried_out
+from tests.benchmarks.command import print_row, run_command
 from tests.sound_files import FORMS, write_sound
 
 RATES = (16_000, 8_000, 11_025, 22_050, 44_100, 48_000, 96_000, 12_345, 4_000, 192_000)
@@ -283,29 +283,23 @@ def part(number: int) -> list[Visit]:
     return [visit(one) for one in range(number * PART, (number + 1) * PART)]
 
 
-def main() -> int:
-    """Print the counts of every entrance, one JSON object a line; exit code 1 for any crash."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=10_000, help="sounds, at least")
-    parser.add_argument("--workers", type=int, default=2)
-    chosen = parser.parse_args()
-    parts = -(-chosen.count * len(ENTRANCES) // (ROUND * PART))
-    visits = [one for some in carried_out(part, parts, chosen.workers, progress) for one in some]
+def main(
+    *,
+    count: int = 10_000,  # sounds, at least
+    workers: int = 2,
+) -> int:
+    parts = -(-count * len(ENTRANCES) // (ROUND * PART))
+    visits = [one for some in carried_out(part, parts, workers) for one in some]
     for name in ENTRANCES:
         these = [one for one in visits if one.name == name]
         line = {"entrance": name, "sounds": sum(one.sounds for one in these)}
         line |= {"refused": sum(one.refused for one in these), "crashes": sum(bool(one.crash) for one in these)}
-        sys.stdout.write(json.dumps(line) + "\n")
+        print_row(line)
     crashes = [one.crash for one in visits if one.crash]
     for crash in crashes[:MOST_TOLD]:
         sys.stderr.write(f"{crash}\n")
     return 1 if crashes else 0
 
 
-def progress(words: str) -> None:
-    """How far it is."""
-    sys.stderr.write(words + "\n")
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    run_command(main)

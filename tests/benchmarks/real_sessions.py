@@ -5,7 +5,6 @@ scored against the emulator's truth, and where there are microphones COME HERE b
 itself beside them under the same bounds. The machine's load stands in every line: sessions are real time.
 """
 
-import argparse
 import csv
 import io
 import math
@@ -14,7 +13,7 @@ import sys
 import threading
 import time
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from typing import Any
@@ -26,6 +25,7 @@ import numpy as np
 from core.geometry import Pose, wrap
 from core.message import Array
 from core.robots.requests import FloorPlan
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.running_console import Console, console
 from tests.emulators.robot_process import SPEAKER, RobotProcess, robot_process
 
@@ -276,21 +276,17 @@ def run(name: str, follow: float = 20.0) -> Iterator[Row]:
         yield Row("faults in the console's log", "done", float(len(faults)), 0.0, 0.0)
 
 
-def main() -> None:
-    """Print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", default=list(SUBJECTS))
-    for name in parser.parse_args().names:
+def main(names: Sequence[str] = tuple(SUBJECTS)) -> None:
+    for name in names:
         for row in run(name):
             unit = "°" if row.bound == TURN else "m"
             error = math.degrees(row.error) if unit == "°" else row.error
             verdict = "ok" if row.good else "MISSED"
-            sys.stdout.write(
+            print_row(
                 f"{name:22} {row.words:28} {row.state:8} {error:7.3f} {unit}  {row.seconds:5.1f} s  {verdict}"
-                f"  load {os.getloadavg()[0]:.1f}\n"
+                f"  load {os.getloadavg()[0]:.1f}"
             )
-            sys.stdout.flush()
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -7,13 +7,11 @@ mcap-ros2-support and evo, `--node` a folder with @mcap/core, @foxglove/rosmsg, 
 fzstd; readers that are not given are left out.
 """
 
-import argparse
 import contextlib
 import itertools
 import json
 import os
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -29,6 +27,7 @@ from websockets.sync.client import connect
 
 from core.recording import open_log
 from core.recording.mcap_writing import CHUNK_BYTES
+from tests.benchmarks.command import run_command
 from tests.benchmarks.running_console import Console
 
 DRIVE = ("turn left", "continue 0.4 meters", "turn left", "continue 0.4 meters", "turn right", "turn right")
@@ -238,30 +237,28 @@ def compared(counts: dict[str, int], found: dict[str, Any]) -> dict[str, bool]:
     return {name: one == counts for name, one in found.items() if name not in ("evo", "beckon")}
 
 
-def main() -> None:
-    """Drive, record, read."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=600.0)
-    parser.add_argument("--without", type=float, default=120.0, help="seconds of the drive without a recorder")
-    parser.add_argument("--out", type=Path, default=Path("drive.mcap"))
-    parser.add_argument("--python", default=None)
-    parser.add_argument("--node", type=Path, default=None)
-    chosen = parser.parse_args()
-    without = measured_without(chosen.without) if chosen.without > 0 else None
-    recorded = measured_with(chosen.seconds, chosen.out)
+def main(
+    *,
+    seconds: float = 600.0,
+    without: float = 120.0,  # seconds of the drive without a recorder
+    out: Path = Path("drive.mcap"),
+    python: str | None = None,
+    node: Path | None = None,
+) -> object:
+    bare = measured_without(without) if without > 0 else None
+    recorded = measured_with(seconds, out)
     counts = recorded.pop("answer")["messages"]
-    found = readings(chosen.out, chosen.python, chosen.node)
-    report = {
-        "without": without,
+    found = readings(out, python, node)
+    return {
+        "without": bare,
         "recorded": recorded,
-        "megabytes": round(chosen.out.stat().st_size / 1e6, 1),
-        "doctor": doctor(chosen.out),
+        "megabytes": round(out.stat().st_size / 1e6, 1),
+        "doctor": doctor(out),
         "counts": counts,
         "equal": compared(counts, found),
         "found": {name: found[name] for name in ("evo", "beckon") if name in found},
     }
-    sys.stdout.write(json.dumps(report, indent=2) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -6,16 +6,15 @@ every traceback in the log.
 """
 
 import contextlib
-import json
 import os
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from tests.benchmarks.command import run_command
 from tests.benchmarks.running_console import Console
 
 DISK_MB, LEFT_MB = 48, 3  # of the disk, and left to the recording
@@ -107,14 +106,14 @@ def filled(home: Path, free_mb: float) -> dict[str, Any]:
     }
 
 
-def main() -> None:
+def main() -> object:
     """Both ways to the end of a disk."""
     report: list[dict[str, Any]] = []
     for free_mb in (20.0, 0.0):
         with small_disk() as home:
             report.append(filled(home, free_mb))
-    sys.stdout.write(json.dumps(report, indent=2) + "\n")
+    return report
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -5,9 +5,7 @@ recovered, and all that was written more than a second before has to be in it. T
 while it records; its recorder finishes the file, or the next start recovers it. Printed as JSON.
 """
 
-import argparse
 import contextlib
-import json
 import os
 import random
 import signal
@@ -26,6 +24,7 @@ from core.recording.mcap_recovery import recovered
 from core.recording.mcap_writing import PART, McapRecording
 from core.recording.ros_writing import RosEncoder
 from core.sensors import SensorFrame, Wheels
+from tests.benchmarks.command import run_command
 from tests.benchmarks.running_console import Console
 
 BATCH_PERIOD_S = 0.05
@@ -114,19 +113,18 @@ def shown(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     return found
 
 
-def main() -> None:
-    """Kill them all."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--recorder", type=int, default=50)
-    parser.add_argument("--console", type=int, default=50)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--write", type=Path, default=None, help="be the recorder that is killed")
-    chosen = parser.parse_args()
-    if chosen.write is not None:
-        write_until_killed(chosen.write)
-    chance = random.Random(chosen.seed)
-    recorders = shown(killed_recorder(chance) for _ in range(chosen.recorder))
-    consoles = shown(killed_consoles(chance, chosen.console))
+def main(
+    *,
+    recorder: int = 50,
+    console: int = 50,
+    seed: int = 0,
+    write: Path | None = None,  # be the recorder that is killed
+) -> object:
+    if write is not None:
+        write_until_killed(write)
+    chance = random.Random(seed)
+    recorders = shown(killed_recorder(chance) for _ in range(recorder))
+    consoles = shown(killed_consoles(chance, console))
     report = {
         name: {
             "kills": len(rows),
@@ -135,8 +133,8 @@ def main() -> None:
         }
         for name, rows in (("recorder", recorders), ("console", consoles))
     }
-    sys.stdout.write(json.dumps({**report, "consoles": consoles}, indent=2) + "\n")
+    return {**report, "consoles": consoles}
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -6,20 +6,17 @@ the same form (0.03 m at least), or a sentence; wrong is what has neither. With 
 shared/data/strangers are judged instead, against the truth beside them.
 """
 
-import argparse
 import gzip
 import io
 import itertools
-import json
 import math
-import sys
 import tarfile
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -31,6 +28,7 @@ from core.sensors import Laser
 from core.sensors.checks import faults_of
 from core.simulation.laser import SimulatedLaser
 from core.simulation.world import world_named
+from tests.benchmarks.command import print_row, run_command
 from tests.core.recording.log_writers import ODOMETRY, ROS2, SCAN, TF, one, two, write_bag, write_mcap
 from tests.core.slam.scan_matching.slipping_wheels import PERIOD_S, slipping_wheels
 
@@ -925,7 +923,7 @@ def sound(base: str, form: str, drive: Drive) -> tuple[float, np.ndarray]:
         path = WRITERS[form](drive, Path(folder), np.random.default_rng(11))
         truth = None if drive.truth is None else np.column_stack([drive.stamps, drive.truth])
         error, _, codes, others, places = result(path, truth)
-    sys.stdout.write(f"# {base} {form}: control {error or 0.0:.3f} m {codes} {others}\n")
+    print_row(f"# {base} {form}: control {error or 0.0:.3f} m {codes} {others}")
     return error or 0.0, places if truth is None else truth
 
 
@@ -945,8 +943,7 @@ def campaign(bases: list[str], forms: list[str], only: list[str]) -> list[dict[s
                 path = writing(drive, Path(folder), np.random.default_rng(11))
                 rows.append({"base": base, "form": form, "variant": name})
                 rows[-1] |= tried(path, control, None if name in VARIANTS_WITHOUT_TRUTH else truth)
-            sys.stdout.write(json.dumps(rows[-1]) + "\n")
-            sys.stdout.flush()
+            print_row(rows[-1])
     return rows
 
 
@@ -963,8 +960,7 @@ def strangers_files() -> list[dict[str, object]]:
         control = BACKWARD_ERROR_M if path.name in LOOKING_BACK else controls[short]
         row = tried(path, control, truth[truth[:, 0] >= begins - 1e-6])
         rows.append({"file": path.name} | row)
-        sys.stdout.write(json.dumps(rows[-1]) + "\n")
-        sys.stdout.flush()
+        print_row(rows[-1])
     return rows
 
 
@@ -979,21 +975,20 @@ def _beginning(path: Path) -> tuple[float, bool]:
     return (begins if 0 < begins < 30 else 0.0), len(read.scans) < 120
 
 
-def main() -> None:
-    """Print a row for each variant, and how many are wrong."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--base", choices=BASES, action="append")
-    parser.add_argument("--form", choices=VARIANTS, action="append")
-    parser.add_argument("--only", action="append", help="a variant; may stand several times")
-    parser.add_argument("--files", action="store_true", help="the recordings of strangers")
-    chosen = parser.parse_args()
-    some = chosen.base or list(BASES), chosen.form or list(VARIANTS), chosen.only or []
-    rows = strangers_files() if chosen.files else campaign(*some)
+def main(
+    *,
+    base: Sequence[Annotated[str, BASES]] = (),
+    form: Sequence[Annotated[str, VARIANTS]] = (),
+    only: Sequence[str] = (),  # variants
+    files: bool = False,  # the recordings of strangers
+) -> None:
+    some = base or list(BASES), form or list(VARIANTS), only or []
+    rows = strangers_files() if files else campaign(*some)
     found = {
         verdict: sum(row["verdict"] == verdict for row in rows) for verdict in ("right", "named", "refused", "WRONG")
     }
-    sys.stdout.write(f"{len(rows)} variants: {found}\n")
+    print_row(f"{len(rows)} variants: {found}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -6,10 +6,7 @@ what was said of what was left out; of one that cannot be played the sentence th
 until its first whole picture has come, and it is played at 20 times real time. Printed as JSON.
 """
 
-import argparse
-import json
 import random
-import sys
 import tempfile
 import time
 from contextlib import closing
@@ -26,6 +23,7 @@ from core.recording import FORMS
 from core.recording.mcap_writing import NS_PER_S, McapRecording
 from core.recording.ros_writing import RosMessage
 from core.robots.requests import Play, Seek, SetSpeed
+from tests.benchmarks.command import run_command
 
 SEEK_COUNT = 200
 MAX_SPEED = 20.0
@@ -128,21 +126,15 @@ def long_drive(path: Path) -> dict[str, Any]:
         }
 
 
-def main() -> None:
-    """Play them."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=None)
-    parser.add_argument("--drive", type=Path, default=None)
-    parser.add_argument("--minutes", type=float, default=30.0)
-    chosen = parser.parse_args()
+def main(*, data: Path | None = None, drive: Path | None = None, minutes: float = 30.0) -> object:
     report: dict[str, Any] = {}
-    if chosen.data is not None:
-        report["logs"] = [played(path) for path in logs_of(chosen.data)]
-    if chosen.drive is not None:
+    if data is not None:
+        report["logs"] = [played(path) for path in logs_of(data)]
+    if drive is not None:
         with tempfile.TemporaryDirectory() as folder:
-            report["long"] = long_drive(repeated(chosen.drive, Path(folder) / "long.mcap", 60 * chosen.minutes))
-    sys.stdout.write(json.dumps(report, indent=2, ensure_ascii=False) + "\n")
+            report["long"] = long_drive(repeated(drive, Path(folder) / "long.mcap", 60 * minutes))
+    return report
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

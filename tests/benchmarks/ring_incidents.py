@@ -6,13 +6,13 @@ recorder's share of a core while the robot rests.
 """
 
 import json
-import sys
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
 from core.recording.drive import DriveRecording, text_of
+from tests.benchmarks.command import run_command
 from tests.benchmarks.recorded_drive import recorder_of
 from tests.benchmarks.running_console import Console
 
@@ -43,7 +43,7 @@ def lead_s(folder: Path, row: dict[str, Any]) -> dict[str, Any]:
     return {"cause": row["cause"], "seconds": round(row["seconds"], 1), "before_s": round(lead, 1)}
 
 
-def main() -> None:
+def main() -> object:
     """Wait, be touched, be halted."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -59,8 +59,8 @@ def main() -> None:
         finally:
             console.close()
         report = {"recorder_core_percent": round(100 * share, 1), "kept": [lead_s(folder, row) for row in rows]}
-        sys.stdout.write(json.dumps({**report, "faults": console.faults()}, indent=2) + "\n")
+        return {**report, "faults": console.faults()}
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

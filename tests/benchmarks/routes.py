@@ -12,19 +12,16 @@ after it; a table at the end has those first that did not end as the how-to on r
 is put into the zone to keep out of and against a wall: a check that does not see that ends the benchmark.
 """
 
-import argparse
 import io
-import json
 import math
-import sys
 import tempfile
 import time
 import zipfile
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
@@ -41,6 +38,7 @@ from core.simulation.world import Thing, world_named
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.submap import SubmapSettings
 from core.snapshot import Snapshot
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.place_names import NAMES
 from tests.benchmarks.stepped import step_time, stepped_console
 from tests.console.in_process import SteppedClock
@@ -445,8 +443,8 @@ def is_as_stated(row: dict[str, Any]) -> bool:
 
 def print_table(rows: list[dict[str, Any]]) -> None:
     """The faults in one table, those first that did not end as stated."""
-    sys.stdout.write(
-        "| fault | as stated | slowest, s | moved after, mm | state and reason, how often |\n|---|---|---|---|---|\n"
+    print_row(
+        "| fault | as stated | slowest, s | moved after, mm | state and reason, how often |\n|---|---|---|---|---|"
     )
     kinds = {fault: [row for row in rows if row["fault"] == fault] for fault in ENDS}
     for fault, of in sorted(kinds.items(), key=lambda each: all(map(is_as_stated, each[1]))):
@@ -455,13 +453,7 @@ def print_table(rows: list[dict[str, Any]]) -> None:
             moved = 1000.0 * max(row["moved_after_m"] for row in of)
             ends = Counter(f"{'' if is_as_stated(row) else 'MISS '}{row['state']}: {row['reason']}" for row in of)
             told = "; ".join(f"{words} ({count})" for words, count in ends.most_common())
-            sys.stdout.write(f"| {fault} | {good} of {len(of)} | {slowest:.0f} | {moved:.1f} | {told} |\n")
-
-
-def print_row(**row: object) -> None:
-    """Print one JSON object."""
-    sys.stdout.write(json.dumps(row) + "\n")
-    sys.stdout.flush()
+            print_row(f"| {fault} | {good} of {len(of)} | {slowest:.0f} | {moved:.1f} | {told} |")
 
 
 def restarted(folder: Path, number: int, clock: SteppedClock, share: float) -> dict[str, Any]:
@@ -488,38 +480,37 @@ def one_route(drive: Drive, number: int) -> dict[str, int]:
     return {"routes": 1, "whole": reached == stops_, "stops": stops_, "reached": reached, "stated": stated}
 
 
-def main() -> None:
-    """Print one JSON object for each route and each fault, and the sums."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--routes", type=int, default=50)
-    parser.add_argument("--faults", type=int, default=10)
-    parser.add_argument("--kinds", nargs="+", choices=list(FAULTS), default=list(FAULTS), help="of faults")
-    parser.add_argument("--restarts", type=int, default=10)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--seconds", type=float, default=3600.0, help="after which no further one is begun")
-    parser.add_argument("--share", type=float, default=1.0, help="of a processor that it may take")
-    chosen = parser.parse_args()
+def main(
+    *,
+    routes: int = 50,
+    faults: int = 10,
+    kinds: Sequence[Annotated[str, FAULTS]] = tuple(FAULTS),  # of faults
+    restarts: int = 10,
+    seed: int = 1,
+    seconds: float = 3600.0,  # after which no further one is begun
+    share: float = 1.0,  # of a processor that it may take
+) -> None:
     sums: Counter[str] = Counter()
-    faults = list[dict[str, Any]]()
+    injected = list[dict[str, Any]]()
     clock = step_time()
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
-        drive = Drive(home, chosen.seed, clock, chosen.share)
+        drive = Drive(home, seed, clock, share)
         with drive.live:
             drive.prepare()
-            end = time.perf_counter() + chosen.seconds
+            end = time.perf_counter() + seconds
             drive.watch(True)
-            for number in range(chosen.routes):
+            for number in range(routes):
                 if time.perf_counter() > end:
                     break
                 sums.update(one_route(drive, number))
             drive.watch(False)
-            for number in range(chosen.faults):
-                for fault in chosen.kinds:
+            for number in range(faults):
+                for fault in kinds:
                     if time.perf_counter() > end:
                         break
-                    faults.append(inject(drive, fault, number))
-                    print_row(**faults[-1])
+                    injected.append(inject(drive, fault, number))
+                    print_row(injected[-1])
             seen = drive.sums
             print_row(
                 **dict(sums),
@@ -532,17 +523,17 @@ def main() -> None:
                 too_fast_in_slow=seen["too_fast_in_slow"] if seen["in_slow"] else None,
                 trace_faults=drive.live.robot.faults()[:3],
             )
-            if chosen.restarts:
+            if restarts:
                 drive.route(999, loop=True)
                 kept = (home / "route.json").read_bytes()
-        for number in range(chosen.restarts):
+        for number in range(restarts):
             if time.perf_counter() > end + 60:
                 break
             (home / "route.json").write_bytes(kept)
-            faults.append(restarted(home, chosen.seed + number, clock, chosen.share))
-            print_row(**faults[-1])
-    print_table(faults)
+            injected.append(restarted(home, seed + number, clock, share))
+            print_row(injected[-1])
+    print_table(injected)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -4,12 +4,10 @@ No setting may stop Beckon: the part that a section belongs to runs for a few se
 the others at their defaults. It must end without a traceback, and not much slower than with the defaults.
 """
 
-import argparse
 import dataclasses
-import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 
 import numpy as np
@@ -30,6 +28,7 @@ from core.speech.settings import RATE_HZ
 from core.speech.sphinx.keyword_spotting import BeamformedStop, SphinxKeywordSpotter
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from core.speech.transcription.transcriber import Transcriber
+from tests.benchmarks.command import print_row, run_command
 from tests.core.perception.voices import far_voice
 from tests.core.pilot.test_pilot_hears import standing
 from tests.core.speech.ears import mono, padded, pieces
@@ -37,7 +36,7 @@ from tests.core.speech.ears import mono, padded, pieces
 SLOW = 5.0  # times as long as with the defaults, beyond which a setting is reported
 
 
-def extremes(names: list[str]) -> Iterator[tuple[str, str, float, Settings]]:
+def extremes(names: Sequence[str]) -> Iterator[tuple[str, str, float, Settings]]:
     """Section, setting, bound and the settings with it; bounds that need another setting beside them are left out."""
     for section in names:
         default = getattr(Settings(), section)
@@ -152,37 +151,29 @@ NOT_EXERCISED = ("person_following", "people", "tracking", "log")
 """Their tests need a person in the room, or a file."""
 
 
-def main(arguments: list[str]) -> int:
-    """Run the sections' exercises and report what failed or was slow; 1 if anything failed."""
-    known = [one.name for one in dataclasses.fields(Settings) if one.name not in NOT_EXERCISED]
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("sections", nargs="*", default=known)
-    chosen = parser.parse_args(arguments)
+SECTIONS = tuple(one.name for one in dataclasses.fields(Settings) if one.name not in NOT_EXERCISED)
+
+
+def main(sections: Sequence[str] = SECTIONS) -> int:
     usual: dict[Callable[[Settings], None], float] = {}
     failed, tried = 0, 0
-    for section, name, bound, settings in extremes(chosen.sections):
+    for section, name, bound, settings in extremes(sections):
         exercise = EXERCISES.get(section, drive)
         if exercise not in usual:
             exercise(Settings())
             usual[exercise] = _timed(exercise, Settings())
-            say(f"{exercise.__name__}: {usual[exercise]:.2f} s")
+            print_row(f"{exercise.__name__}: {usual[exercise]:.2f} s")
         tried += 1
         try:
             took = _timed(exercise, settings)
         except Exception:
             failed += 1
-            say(f"FAILED {section}.{name} = {bound:g}: {traceback.format_exc(limit=-3)}")
+            print_row(f"FAILED {section}.{name} = {bound:g}: {traceback.format_exc(limit=-3)}")
             continue
         if took > SLOW * max(usual[exercise], 0.1):
-            say(f"slow {section}.{name} = {bound:g}: {took:.2f} s")
-    say(f"{tried} tried, {failed} failed")
+            print_row(f"slow {section}.{name} = {bound:g}: {took:.2f} s")
+    print_row(f"{tried} tried, {failed} failed")
     return int(failed > 0)
-
-
-def say(words: str) -> None:
-    """Print a line at once."""
-    sys.stdout.write(f"{words}\n")
-    sys.stdout.flush()
 
 
 def _timed(exercise: Callable[[Settings], None], settings: Settings) -> float:
@@ -192,4 +183,4 @@ def _timed(exercise: Callable[[Settings], None], settings: Settings) -> float:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    run_command(main)

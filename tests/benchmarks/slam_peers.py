@@ -6,11 +6,9 @@ reader tells. Error: RMS of the position at the times of sightings, after the ri
 MRPT. Real time: how many times faster than the log was recorded.
 """
 
-import argparse
 import json
 import math
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -21,6 +19,7 @@ from core.message import Array
 from core.recording import Ids, SightingRecording, open_log
 from core.slam.ekf_slam import EkfSlam
 from tests.benchmarks import mrpt
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.log_scores import CORRIDOR, ROBOTS, aligned, true_poses
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
@@ -81,40 +80,34 @@ def told(places: Array, truth: Array, landmarks: int, spent: Array, duration: fl
     }
 
 
-def main() -> None:
-    """Print a line for every log and filter, and the medians over the robots."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=DATA, help="the folder with mrclam6 and corridor-loop")
-    parser.add_argument("--limit", type=float, default=600.0, help="[s] that MRPT may take for one log")
-    chosen = parser.parse_args()
-    if not chosen.data.is_dir():
-        sys.stdout.write(
-            f"The logs are not here: {chosen.data.name}/ is expected in shared/ beside the repository.\n"
-        )
+def main(
+    *,
+    data: Path = DATA,  # the folder with mrclam6 and corridor-loop
+    limit: float = 600.0,  # [s] that MRPT may take for one log
+) -> None:
+    if not data.is_dir():
+        print_row(f"The logs are not here: {data.name}/ is expected in shared/ beside the repository.")
         return
     choices: tuple[Ids, ...] = ("given", "hidden")
     for ids in choices:
         errors: dict[str, list[float]] = {"ours": [], "mrpt": []}
         for log in (*ROBOTS, CORRIDOR):
-            recording = open_log(chosen.data / log, ids=ids)
+            recording = open_log(data / log, ids=ids)
             assert isinstance(recording, SightingRecording)
-            truth = np.array([(pose.x, pose.y) for pose in true_poses(chosen.data, log, recording)[0]])
+            truth = np.array([(pose.x, pose.y) for pose in true_poses(data, log, recording)[0]])
             rows = {"ours": ours(recording, truth)}
             if mrpt.installed():
-                rows["mrpt"] = theirs(recording, truth, chosen.limit)
+                rows["mrpt"] = theirs(recording, truth, limit)
             for who, row in rows.items():
-                sys.stdout.write(f"{log}, ids {ids}, {who}: {json.dumps(row)}\n")
-                sys.stdout.flush()
+                print_row(f"{log}, ids {ids}, {who}: {json.dumps(row)}")
                 if log != CORRIDOR and isinstance(row.get("error_m"), float):
                     errors[who].append(float(row["error_m"]))
         for who, each in errors.items():
             if each:
-                sys.stdout.write(
-                    f"mrclam6, ids {ids}, {who}: median {np.median(each):.3f}, worst {max(each):.3f} m\n"
-                )
+                print_row(f"mrclam6, ids {ids}, {who}: median {np.median(each):.3f}, worst {max(each):.3f} m")
     if not mrpt.installed():
-        sys.stdout.write(mrpt.ABSENT + "\n")
+        print_row(mrpt.ABSENT)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -4,15 +4,12 @@ Nothing is really suspended: every process of a console is stopped for some seco
 from CLOCK_MONOTONIC, as the kernel does in sleep, while CLOCK_BOOTTIME runs on. A C compiler is needed.
 """
 
-import argparse
 import contextlib
-import json
 import mmap
 import os
 import signal
 import struct
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Generator
@@ -21,6 +18,7 @@ from pathlib import Path
 import psutil
 
 from core.gate import read_trace
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.running_console import console
 from tests.campaign.struck import TraceOnlooker
 
@@ -103,15 +101,11 @@ def trial(slept: mmap.mmap) -> float:
         return max(0.0, onlooker.last_motion - woken) * 1e-9  # by this clock, which nobody slept through
 
 
-def main() -> None:
-    """Print for how long it moved after each sleep [ms], as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--trials", type=int, default=5)
-    trials = parser.parse_args().trials
+def main(*, trials: int = 5) -> None:
     with shim() as slept:
         moved = [round(1000 * trial(slept), 1) for _ in range(trials)]
-    sys.stdout.write(json.dumps({"moves_after_waking_ms": moved, "max_ms": max(moved)}) + "\n")
+    print_row({"moves_after_waking_ms": moved, "max_ms": max(moved)})
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

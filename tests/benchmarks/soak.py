@@ -8,12 +8,10 @@ notice with how often it came, how orders ended and with which remarks, answers 
 memory of every process, each minute.
 """
 
-import argparse
 import contextlib
 import json
 import random
 import re
-import sys
 import threading
 import time
 import urllib.error
@@ -31,6 +29,7 @@ from websockets.sync.client import connect
 from core.gate import check, read_trace
 from core.robots.requests import FloorPlan
 from core.settings import Settings
+from tests.benchmarks.command import run_command
 from tests.benchmarks.real_sessions import occupied_cells, to_surfaces
 from tests.benchmarks.running_console import Console, console, watch
 
@@ -216,29 +215,24 @@ def rise(values: Sequence[float]) -> tuple[float, float, float]:
     return float(found.slope), float(found.low_slope), float(found.high_slope)
 
 
-def main() -> None:
-    """Print what it came to."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=600.0)
-    parser.add_argument("--seed", type=int, default=0)
-    chosen = parser.parse_args()
+def main(*, seconds: float = 600.0, seed: int = 0) -> object:
     with console() as running:
         while running.get("/api/health")["reasons"]:
             time.sleep(0.1)
-        soak = Soak(running, chosen.seed)
+        soak = Soak(running, seed)
         looking = threading.Thread(target=soak.look_on)
         looking.start()
         minutes = []
-        for _ in range(max(round(chosen.seconds / EVERY), 1)):
-            soak.run(min(EVERY, chosen.seconds))
+        for _ in range(max(round(seconds / EVERY), 1)):
+            soak.run(min(EVERY, seconds))
             minutes.append(memory(running))
         soak.over.set()
         looking.join()
         rows = running.get("/api/commands/history")["commands"]
         running.post("/api/stop")
         time.sleep(0.5)
-        figures = {
-            "seconds": chosen.seconds,
+        return {
+            "seconds": seconds,
             "trace_complaints": check(read_trace(running.trace), Settings().limits),
             "answers": dict(soak.answers),
             "server_errors": {key: n for key, n in soak.answers.items() if " 5" in key and not key.endswith("503")},
@@ -252,8 +246,7 @@ def main() -> None:
             "memory_of_all_mb": [round(sum(minute.values()), 1) for minute in minutes],
             "alive": running.process.poll() is None,
         }
-    sys.stdout.write(json.dumps(figures, indent=1) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -5,10 +5,8 @@ in the sound: when they are known, when the wheels move, what was read, and whic
 all that the machine is busy with beside.
 """
 
-import argparse
 import base64
 import json
-import sys
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -19,6 +17,7 @@ from core.experiments.spoken_room import length_of_words
 from core.speech.recognition.recognizer import for_words, pcm
 from core.speech.settings import RATE_HZ
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.running_console import Console, console
 
 SENTENCES = ("turn left", "continue {near:.1f} meters", "stop at {x:.1f} and {y:.1f}", "turn right", "come here")
@@ -61,13 +60,7 @@ def said(running: Console, text: str, voice: str) -> dict[str, Any]:
     return outcome
 
 
-def main() -> None:
-    """Print every sentence, and the quantiles of each kind."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--voice", default=PERSONS_VOICE)
-    chosen = parser.parse_args()
+def main(*, rounds: int = 5, seed: int = 0, voice: str = PERSONS_VOICE) -> None:
     with console() as running:
         while running.get("/api/health")["reasons"]:
             time.sleep(0.1)
@@ -76,10 +69,9 @@ def main() -> None:
         running.post("/api/hearing", {"listen": True, "obey": True})
         time.sleep(QUIET)
         rows = []
-        for text in sentences(chosen.rounds, chosen.seed):
-            rows.append(said(running, text, chosen.voice))
-            sys.stdout.write(json.dumps(rows[-1]) + "\n")
-            sys.stdout.flush()
+        for text in sentences(rounds, seed):
+            rows.append(said(running, text, voice))
+            print_row(rows[-1])
             time.sleep(QUIET)
     for kind in SENTENCES:
         verb = kind.partition("{")[0].strip()
@@ -89,8 +81,8 @@ def main() -> None:
             times = [row[what] for row in mine if row[what] is not None]
             if times:
                 figures[f"{what}_s"] = {"p50": float(np.median(times)), "worst": max(times)}
-        sys.stdout.write(f"{verb}: {json.dumps(figures)}\n")
+        print_row(f"{verb}: {json.dumps(figures)}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

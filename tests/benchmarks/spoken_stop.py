@@ -7,10 +7,7 @@ two levels of the room's noise. Told: how often it was heard, and from the last 
 rest how long it took and how far the robot went.
 """
 
-import argparse
 import dataclasses
-import json
-import sys
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -29,6 +26,7 @@ from core.speech.recognition.recognizer import Recognizer, at_16_khz
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from tests.benchmarks.carried_out import carried_out
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.word_scenes import Clip, synthetic
 from tests.benchmarks.words import end_of_stop
 
@@ -99,16 +97,10 @@ def spread(values: list[float]) -> dict[str, float]:
     return {"p50": round(float(p50), 3), "p95": round(float(p95), 3), "worst": round(max(values), 3)}
 
 
-def main() -> None:
-    """Print the figures of every voice at every level, one JSON object a line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--trials", type=int, default=20)
-    parser.add_argument("--workers", type=int, default=2)
-    chosen = parser.parse_args()
-    spoken = clips(chosen.data)
-    cases = [(v, c, noise, n) for v, c in spoken.items() for noise in MURMURS for n in range(chosen.trials)]
-    rows = carried_out(partial(_nth, cases), len(cases), chosen.workers)
+def main(*, data: Path, trials: int = 20, workers: int = 2) -> None:
+    spoken = clips(data)
+    cases = [(v, c, noise, n) for v, c in spoken.items() for noise in MURMURS for n in range(trials)]
+    rows = carried_out(partial(_nth, cases), len(cases), workers)
     for voice in spoken:
         for noise in MURMURS:
             these = [row for row in rows if (row["voice"], row["noise"]) == (voice, noise)]
@@ -117,7 +109,7 @@ def main() -> None:
                 key: spread([row[key] for row in heard]) for key in ("seconds", "way_m", "understood_s") if heard
             }
             line = {"voice": voice, "noise": noise, "trials": len(these), "heard": len(heard), **figures}
-            sys.stdout.write(json.dumps(line) + "\n")
+            print_row(line)
 
 
 def _nth(cases: list[tuple[str, Clip, str, int]], index: int) -> dict[str, Any]:
@@ -125,4 +117,4 @@ def _nth(cases: list[tuple[str, Clip, str, int]], index: int) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

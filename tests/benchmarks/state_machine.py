@@ -4,14 +4,14 @@
 dispatcher, lease, words, halts and routes together.
 """
 
-import argparse
-import json
 import sys
 from collections import Counter
+from typing import Annotated
 
 from hypothesis import HealthCheck, Phase, seed, settings
 from hypothesis.stateful import RuleBasedStateMachine, invariant, run_state_machine_as_test
 
+from tests.benchmarks.command import run_command
 from tests.console.control import test_control_state_machine as control
 from tests.core.gate import test_gate_state_machine as gate
 
@@ -44,26 +44,15 @@ def run(machine: type[RuleBasedStateMachine], number: int) -> tuple[int, str]:
     return counted["steps"], ""
 
 
-def main() -> None:
-    """Print steps and violations."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("machine", choices=STATE_MACHINES, nargs="?", default="gate")
-    parser.add_argument("--seeds", type=int, default=50)
-    parser.add_argument("--first", type=int, default=1)
-    chosen = parser.parse_args()
+def main(machine: Annotated[str, STATE_MACHINES] = "gate", *, seeds: int = 50, first: int = 1) -> object:
     steps, violations = 0, list[str]()
-    for number in range(chosen.first, chosen.first + chosen.seeds):
-        some, violation = run(STATE_MACHINES[chosen.machine], number)
+    for number in range(first, first + seeds):
+        some, violation = run(STATE_MACHINES[machine], number)
         steps += some
         violations += [violation] if violation else []
         sys.stderr.write(f"seed {number}: {some} steps {violation}\n")
-    sys.stdout.write(
-        json.dumps(
-            {"machine": chosen.machine, "seeds": chosen.seeds, "steps": steps, "violations": violations}, indent=1
-        )
-        + "\n"
-    )
+    return {"machine": machine, "seeds": seeds, "steps": steps, "violations": violations}
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -6,9 +6,6 @@ pauses, end of the utterance), and the time from the last phoneme of "stop" to t
 as if one core were free. `--data FOLDER` adds false STOPs in an hour of talk (speech_real).
 """
 
-import argparse
-import json
-import sys
 import time
 from itertools import cycle, islice, product
 from pathlib import Path
@@ -27,6 +24,7 @@ from core.speech.synthesis import ENGLISH_VOICES, VoiceSettings, speak
 from core.speech.transcription.transcriber import Transcriber
 from core.speech.whisper.keyword_spotting import WhisperKeywordSpotter
 from core.speech.whisper.recognizer import WhisperRecognizer
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.word_hearing import padded
 from tests.benchmarks.word_scenes import LEAD, Clip, real
 from tests.benchmarks.words import end_of_stop
@@ -73,17 +71,12 @@ def false_stops(transcriber: Transcriber, data: Path) -> dict[str, Any]:
     }
 
 
-def main() -> None:
-    """Print the figures of both spotters, one JSON object a line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--data", type=Path)
-    chosen = parser.parse_args()
+def main(*, count: int = 200, data: Path | None = None) -> None:
     settings = SpeechSettings(engine="whisper")
     recognizer = open_engine(settings).recognizer
     assert isinstance(recognizer, WhisperRecognizer)
     kinds = zip(cycle(product(ENGLISH_VOICES, TEXTS)), cycle(product(PACES, LEVELS)), strict=False)
-    clips = [spoken(text, voice, *how) for (voice, text), how in islice(kinds, chosen.count)]
+    clips = [spoken(text, voice, *how) for (voice, text), how in islice(kinds, count)]
     for name in ("pocketsphinx", "Whisper"):
 
         def spotter(name: str = name) -> KeywordSpotter:
@@ -102,12 +95,11 @@ def main() -> None:
         p50, p95 = np.percentile(after, (50, 95)) if after else (np.nan, np.nan)
         line: dict[str, Any] = {"spotter": name, "of": len(clips), "aligned": len(after), "missed": missed}
         line |= {"p50_s": round(float(p50), 2), "p95_s": round(float(p95), 2), "worst_s": round(max(after), 2)}
-        if chosen.data is not None:
+        if data is not None:
             listening = Transcriber(settings, recognizer=recognizer, spotter=spotter())
-            line["talk"] = false_stops(listening, chosen.data)
-        sys.stdout.write(json.dumps(line) + "\n")
-        sys.stdout.flush()
+            line["talk"] = false_stops(listening, data)
+        print_row(line)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

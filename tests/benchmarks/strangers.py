@@ -9,7 +9,6 @@ operator comes before the strangers on the cores that all share, as on a compute
 is how long the operator's own program waits for a core (p99 40 ms beside four strangers, where this is 12 ms).
 """
 
-import argparse
 import contextlib
 import http.client
 import json
@@ -18,12 +17,14 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Annotated
 
 import psutil
 from websockets.sync.client import ClientConnection, connect
 
 from core.gate.scheduling import PILOT_RANK, come_first, stand_back
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.running_console import Console, console, watch
 
 CASES: dict[str, tuple[str, ...]] = {
@@ -123,7 +124,7 @@ def measured(running: Console, kinds: tuple[str, ...], trials: int) -> dict[str,
     return {"stop_ms": summary(stops), "echo_ms": summary(echoes), "memory": {"rss_mb": round(memory)}}
 
 
-def everything(trials: int) -> dict[str, dict[str, float]]:
+def all_at_once(trials: int) -> dict[str, dict[str, float]]:
     """STOPs and echoes while strangers attack, viewers look on, a calibration and a recording run."""
     with console(auth=True) as running, contextlib.ExitStack() as stack:
         while running.get("/api/health")["reasons"]:
@@ -161,23 +162,21 @@ def summary(values: list[float]) -> dict[str, float]:
     return {"p50": round(statistics.median(ordered), 1), "p99": round(ordered[rank], 1), "max": round(ordered[-1], 1)}
 
 
-def main() -> None:
-    """Print a row for each case."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--trials", type=int, default=200)
-    parser.add_argument("--only", choices=CASES, action="append", help="may stand several times")
-    parser.add_argument("--everything", action="store_true", help="at once, and nothing else")
-    chosen = parser.parse_args()
-    sys.stdout.write(f"goal: p99 of STOP at most {GOAL_MS:.0f} ms; n = {chosen.trials}\n")
-    if chosen.everything:
-        sys.stdout.write(json.dumps(everything(chosen.trials)) + "\n")
+def main(
+    *,
+    trials: int = 200,
+    only: Sequence[Annotated[str, CASES]] = (),
+    everything: bool = False,  # at once, and nothing else
+) -> None:
+    print_row(f"goal: p99 of STOP at most {GOAL_MS:.0f} ms; n = {trials}")
+    if everything:
+        print_row(all_at_once(trials))
         return
-    for name in chosen.only or CASES:
+    for name in only or CASES:
         with console(auth=True) as running:
             time.sleep(2.0)
-            sys.stdout.write(f"{name:26}{json.dumps(measured(running, CASES[name], chosen.trials))}\n")
-            sys.stdout.flush()
+            print_row(f"{name:26}{json.dumps(measured(running, CASES[name], trials))}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

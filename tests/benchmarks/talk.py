@@ -6,12 +6,11 @@ through the whole chain (spotter, endpointer, recognizer) as sound of a room doe
 that would have been obeyed, and every STOP.
 """
 
-import argparse
 import json
 import sys
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from core.errors import BadInput
 from core.recording.sound_file import read_sound
@@ -21,6 +20,7 @@ from core.speech.recognition.recognizer import for_words
 from core.speech.settings import PIECE_S, RATE_HZ, SpeechSettings
 from core.speech.transcription.transcriber import Transcriber
 from tests.benchmarks.carried_out import carried_out
+from tests.benchmarks.command import run_command
 from tests.benchmarks.word_hearing import padded
 
 KINDS = {".wav", ".flac", ".ogg"}
@@ -55,28 +55,21 @@ def listened(files: list[Path], name: str, part: int) -> dict[str, Any]:
     return told
 
 
-def main() -> None:
-    """Print one JSON object."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--engine", choices=("whisper", "sphinx"), default="whisper")
-    parser.add_argument("--workers", type=int, default=2)
-    chosen = parser.parse_args()
-    files = sorted(path for path in chosen.folder.rglob("*") if path.suffix.lower() in KINDS)
+def main(folder: Path, *, engine: Annotated[str, ("whisper", "sphinx")] = "whisper", workers: int = 2) -> object:
+    files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in KINDS)
     parts = -(-len(files) // TOGETHER)
 
-    rows = carried_out(partial(listened, files, chosen.engine), parts, chosen.workers)
+    rows = carried_out(partial(listened, files, engine), parts, workers)
     sys.stderr.writelines(json.dumps(row) + "\n" for row in rows)
-    line = {
-        "engine": chosen.engine,
+    return {
+        "engine": engine,
         "files": sum(row["files"] for row in rows),
         "hours": round(sum(row["seconds"] for row in rows) / 3600, 2),
         "pieces": sum(row["pieces"] for row in rows),
         "motions": [one for row in rows for one in row["motions"]],
         "stops": [one for row in rows for one in row["stops"]],
     }
-    sys.stdout.write(json.dumps(line, indent=1) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -5,7 +5,6 @@ people set down at random; each part is a logistic regression, taught again on w
 The same seed gives the same numbers.
 """
 
-import argparse
 import logging
 import math
 from dataclasses import dataclass
@@ -15,7 +14,6 @@ from typing import cast
 import numpy as np
 from scipy.optimize import minimize
 
-from core.errors import Unwritable
 from core.files import check_file, replacing
 from core.message import Array
 from core.perception.people.brightness import levelled
@@ -30,6 +28,7 @@ from core.perception.people.parts import (
 )
 from core.perception.people.vertical_plane import VerticalPlanes
 from core.simulation.world import FLOOR
+from tests.benchmarks.command import run_command
 from tests.drawn_people import DrawnScene, Stage
 
 log = logging.getLogger(__name__)
@@ -170,20 +169,11 @@ def keep_model(models: tuple[PartModel, ...], path: Path) -> None:
         np.savez_compressed(file, allow_pickle=False, **numbers)
 
 
-def main() -> None:
-    """The command."""
-    parser = argparse.ArgumentParser(description="Teach the general model of a person from drawn figures.")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--scenes", type=int, default=1500)
-    parser.add_argument("--out", type=Path, default=FILE)
-    asked = parser.parse_args()
-    try:
-        check_file(asked.out)
-    except Unwritable as trouble:
-        parser.exit(1, f"{trouble}\n")
+def main(*, seed: int = 1, scenes: int = 1500, out: Path = FILE) -> None:
+    check_file(out)
     logging.basicConfig(level=logging.INFO, format="%(message)s")
-    keep_model(teach(asked.seed, asked.scenes), asked.out)
+    keep_model(teach(seed, scenes), out)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -8,11 +8,9 @@ its stamps shifted, over that of the same drive with right stamps, from start to
 `--console`: the same through wires and a running console, as the page Connect shows it after one turn to either side.
 """
 
-import argparse
 import itertools
 import math
 import os
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -28,6 +26,7 @@ from core.sensors import SensorFrame
 from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
 from core.slam.scan_matching.time_offset import TimeOffset, TimeOffsetEstimator, TimeOffsetSettings
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.real_sessions import obey
 from tests.benchmarks.running_console import console
 from tests.emulators.robot_process import SHIFT, robot_process
@@ -202,22 +201,15 @@ def report_console(wires: tuple[str, ...] = ("foxglove", "zenoh", "rosbridge")) 
 
 def show(line: str) -> None:
     """Write a line of a table."""
-    sys.stdout.write(line + "\n")
-    sys.stdout.flush()
+    print_row(line)
 
 
-def main() -> None:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--drives", action="store_true")
-    parser.add_argument("--console", action="store_true")
-    arguments = parser.parse_args()
-    if arguments.console:
+def main(*, seeds: int = 5, drives: bool = False, console: bool = False) -> None:
+    if console:
         report_console()
     else:
-        (report_drives if arguments.drives else report_estimates)(arguments.seeds)
+        (report_drives if drives else report_estimates)(seeds)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -6,9 +6,9 @@ its pose at the end, the worst on the way, and whether the commands were done.
 
 import itertools
 import math
-import sys
 
 from core.geometry import wrap
+from tests.benchmarks.command import print_row, run_command
 from tests.core.pilot.test_missing_sensors import EquippedRobot, Session
 
 WORDS = ("turn left", "continue 0.5 meters", "turn right", "stop at 0.8 and 0.3")
@@ -32,11 +32,10 @@ def driven(lasers: int, *, odometry: bool, seed: int) -> str:
 
 def main() -> None:
     """Print a table."""
-    sys.stdout.write("odometry  lasers  seed   worst after a command   at the end\n")
+    print_row("odometry  lasers  seed   worst after a command   at the end")
     for odometry, lasers, seed in itertools.product((True, False), (1, 2), range(2)):
-        sys.stdout.write(f"{odometry!s:8} {lasers:7} {seed:5}   {driven(lasers, odometry=odometry, seed=seed)}\n")
-        sys.stdout.flush()
+        print_row(f"{odometry!s:8} {lasers:7} {seed:5}   {driven(lasers, odometry=odometry, seed=seed)}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -7,13 +7,12 @@ ways, with the same sightings unnamed, where it is installed. Processor time for
 time from one of its answers to the next, told by itself to 0.1 ms: so let nothing else run.
 """
 
-import argparse
 import json
 import math
 import subprocess
-import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +24,7 @@ from core.perception.landmarks.landmarks import Sighting
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.motion import Increment
 from tests.benchmarks import mrpt
+from tests.benchmarks.command import print_row, run_command
 
 SIZES = (100, 500, 1000)
 SEEN = 6  # sightings per update
@@ -149,29 +149,28 @@ def median_ms(spent: list[float]) -> float:
     return round(1000 * float(np.median(spent)), 3)
 
 
-def main() -> None:
-    """Print a line for every size."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sizes", type=int, nargs="+", default=list(SIZES))
-    parser.add_argument("--updates", type=int, default=100)
-    parser.add_argument("--alone", action="store_true", help="without MRPT and textbook")
-    parser.add_argument("--limit", type=float, default=120.0, help="[s] that MRPT may take for one size")
-    chosen = parser.parse_args()
-    for size in chosen.sizes:
-        told = drive(size, chosen.updates)
+def main(
+    *,
+    sizes: Sequence[int] = tuple(SIZES),
+    updates: int = 100,
+    alone: bool = False,  # without MRPT and textbook
+    limit: float = 120.0,  # [s] that MRPT may take for one size
+) -> None:
+    for size in sizes:
+        told = drive(size, updates)
         row: dict[str, float | str | None] = {"ours_ms": median_ms(ours(told)), "target_ms": TARGETS.get(size)}
-        if not chosen.alone:
+        if not alone:
             few = Drive(told.first, told.steps[: 40 if size < 300 else 6], told.reach)
             row["textbook_ms"] = median_ms(textbook(few))
             for name, method in (("mrpt_ms", "kfEKFNaive"), ("mrpt_by_numbers_ms", "kfEKFAlaDavison")):
                 try:
-                    row[name] = median_ms(peer(few, method, chosen.limit)) if mrpt.installed() else None
+                    row[name] = median_ms(peer(few, method, limit)) if mrpt.installed() else None
                 except subprocess.TimeoutExpired:
-                    row[name] = f"not done after {chosen.limit:.0f} s"
-        sys.stdout.write(f"N = {size}: {json.dumps(row)}\n")
-    if not chosen.alone and not mrpt.installed():
-        sys.stdout.write(mrpt.ABSENT + "\n")
+                    row[name] = f"not done after {limit:.0f} s"
+        print_row(f"N = {size}: {json.dumps(row)}")
+    if not alone and not mrpt.installed():
+        print_row(mrpt.ABSENT)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -14,16 +14,14 @@ clips and on `tests.benchmarks.accents`, and tried on other sentences, paces and
 were chosen on speech_commands_tts and speech_real (`tests.benchmarks.words`).
 """
 
-import argparse
 import json
-import sys
 import time
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -39,6 +37,7 @@ from core.speech.transcription.transcriber import Transcriber
 from core.speech.understanding.grammar import Refusal, understand
 from core.speech.whisper.log_mel import log_mel
 from core.speech.whisper.recognizer import LEAST_RIGHT, WhisperRecognizer
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.word_hearing import listened, padded
 from tests.benchmarks.word_scenes import Clip, clips_of, real, synthetic
 
@@ -195,9 +194,7 @@ def outcome_of_all(wanted: str, decisions: list[Decision]) -> str:
     return next(one for one in (WRONG, STOPPED, RIGHT, REFUSED) if one in found)
 
 
-def measured(
-    decide: Decide, clips: list[tuple[str, str, Clip]], say: Callable[[str], None], misses: bool
-) -> dict[str, Any]:
+def measured(decide: Decide, clips: list[tuple[str, str, Clip]], misses: bool) -> dict[str, Any]:
     """Outcomes and delays of every set."""
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     delays: dict[str, list[float]] = defaultdict(list)
@@ -209,12 +206,12 @@ def measured(
         counts[kind][result] += 1
         if result == WRONG or (misses and result != RIGHT):
             told = ", ".join(f"{one.echo} ({one.verdict})" for one in decisions)
-            say(f"  {result} {kind}: {clip.name} “{clip.text}” → {told}")
+            print_row(f"  {result} {kind}: {clip.name} “{clip.text}” → {told}")
     table = {}
     for kind, found in counts.items():
         p50, p95 = np.percentile(delays[kind], (50, 95))
         table[kind] = {"n": found.total(), **found, "p50_s": round(p50, 3), "p95_s": round(p95, 3)}
-        say(f"  {kind:36}{json.dumps(table[kind])}")
+        print_row(f"  {kind:36}{json.dumps(table[kind])}")
     return table
 
 
@@ -249,40 +246,35 @@ def resident() -> float:
     return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS")) / 1000
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--engines", nargs="+", choices=tuple(ENGINES), default=list(ENGINES))
-    parser.add_argument("--every", type=int, default=1)
-    parser.add_argument("--noise", action="store_true")
-    parser.add_argument("--cut", action="store_true")
-    parser.add_argument("--misses", action="store_true")
-    parser.add_argument("--odds", action="store_true")
-    chosen = parser.parse_args()
-
-    def say(line: str) -> None:
-        sys.stdout.write(line + "\n")
-        sys.stdout.flush()
-
-    clips = list(sets(chosen.data))[:: chosen.every]
-    if chosen.noise:
-        clips = list(noisy(chosen.data, chosen.every))
-    for name in chosen.engines:
+def main(
+    *,
+    data: Path,
+    engines: Sequence[Annotated[str, ENGINES]] = tuple(ENGINES),
+    every: int = 1,
+    noise: bool = False,
+    cut: bool = False,
+    misses: bool = False,
+    odds: bool = False,
+) -> None:
+    clips = list(sets(data))[::every]
+    if noise:
+        clips = list(noisy(data, every))
+    for name in engines:
         settings = SpeechSettings(engine=name)
         before, begun = resident(), time.process_time()
         recognizer = open_engine(settings).recognizer
-        say(f"{name}: opened in {time.process_time() - begun:.2f} s")
-        if chosen.odds:
-            say(f"  {json.dumps(reliability(list(heard_numbers(recognizer, clips))))}")
+        print_row(f"{name}: opened in {time.process_time() - begun:.2f} s")
+        if odds:
+            print_row(f"  {json.dumps(reliability(list(heard_numbers(recognizer, clips))))}")
             continue
-        decide = as_cut(recognizer, settings) if chosen.cut else as_one(recognizer)
-        measured(decide, clips, say, chosen.misses)
-        say(f"  {resident() - before:.0f} MB more than before, {resident():.0f} MB in all")
+        decide = as_cut(recognizer, settings) if cut else as_one(recognizer)
+        measured(decide, clips, misses)
+        print_row(f"  {resident() - before:.0f} MB more than before, {resident():.0f} MB in all")
         if isinstance(recognizer, WhisperRecognizer):
-            say(f"  stages [s]: {stages(recognizer, clips)}")
-        if not chosen.noise:
-            say(f"  real speech, cut by the endpointer: {talk(recognizer, settings, chosen.data)}")
+            print_row(f"  stages [s]: {stages(recognizer, clips)}")
+        if not noise:
+            print_row(f"  real speech, cut by the endpointer: {talk(recognizer, settings, data)}")
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

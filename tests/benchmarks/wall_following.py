@@ -6,11 +6,9 @@ Printed: root mean square and 95 % of the distance's error on straight walls, th
 contacts, what the trace checker says, and the seconds a lap takes. Laps are independent: run parts by seed.
 """
 
-import argparse
-import json
 import math
-import sys
 from itertools import count
+from typing import Annotated
 
 import numpy as np
 
@@ -20,6 +18,7 @@ from core.experiments.table_2_trials import aside
 from core.geometry import Pose
 from core.simulation.world import world_named
 from tests.benchmarks.bare_drive import BareDrive
+from tests.benchmarks.command import print_row, run_command
 
 STARTS = {"lab": Pose(-0.4, -2.0, 0.0), "floor": Pose(0.2, -0.5, 0.0)}
 FOLLOW = Command(name="follow_wall", numbers={"distance_m": 0.5}, heard_as="follow wall")
@@ -62,35 +61,33 @@ def lap(place: str, seed: int, cruise: float) -> dict[str, object]:
     }
 
 
-def main() -> None:
-    """Prints a line a lap, and the figures of all as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--place", choices=sorted(STARTS), default="lab")
-    parser.add_argument("--laps", type=int, default=10)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--cruise", type=float, default=0.1, help="metres a second")
-    chosen = parser.parse_args()
-    laps = []
-    for seed in range(chosen.seed, chosen.seed + chosen.laps):
-        laps.append(lap(chosen.place, seed, chosen.cruise))
-        sys.stdout.write(json.dumps({key: value for key, value in laps[-1].items() if key != "off"}) + "\n")
-        sys.stdout.flush()
-    off = np.array([error for one in laps for error in one["off"]])
+def main(
+    *,
+    place: Annotated[str, STARTS] = "lab",
+    laps: int = 10,
+    seed: int = 0,
+    cruise: float = 0.1,  # metres a second
+) -> None:
+    rows = []
+    for number in range(seed, seed + laps):
+        rows.append(lap(place, number, cruise))
+        print_row({key: value for key, value in rows[-1].items() if key != "off"})
+    off = np.array([error for one in rows for error in one["off"]])
     figures = {
-        "place": chosen.place,
-        "cruise_m_s": chosen.cruise,
-        "laps": len(laps),
-        "laps_done": sum(one["done"] for one in laps),
-        "contacts": sum(one["contacts"] for one in laps),
-        "faults": sum(one["faults"] for one in laps),
+        "place": place,
+        "cruise_m_s": cruise,
+        "laps": len(rows),
+        "laps_done": sum(one["done"] for one in rows),
+        "contacts": sum(one["contacts"] for one in rows),
+        "faults": sum(one["faults"] for one in rows),
         "rms_m": float(np.sqrt(np.mean(off**2))) if len(off) else None,
         "p95_m": float(np.percentile(np.abs(off), 95)) if len(off) else None,
-        "least_room_m": min(one["least_room_m"] for one in laps),
-        "seconds_per_lap": float(np.median([one["seconds"] for one in laps])),
+        "least_room_m": min(one["least_room_m"] for one in rows),
+        "seconds_per_lap": float(np.median([one["seconds"] for one in rows])),
         "straight_samples": len(off),
     }
-    sys.stdout.write(json.dumps(figures) + "\n")
+    print_row(figures)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)

@@ -5,13 +5,11 @@ grammar), `near` (synthetic commands and near misses), `numbers` (real digits), 
 noise and rooms: one microphone and the array), `stop` (delays). Sound goes through the endpoints, 20 ms at a time.
 """
 
-import argparse
 import json
 import math
-import sys
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -25,6 +23,7 @@ from core.speech.sphinx.jsgf import plain_grammar, written
 from core.speech.sphinx.recognizer import Sphinx, SphinxDictation
 from core.speech.transcription.array_transcriber import READINGS, ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
+from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.word_hearing import (
     ECHOES_KEPT,
     FirstOnly,
@@ -229,27 +228,22 @@ def end_of_stop(clip: Clip) -> float:
     return 0.01 * (aligned[0] + 1) if aligned else np.nan
 
 
-def main() -> None:
-    """Run the parts and print their figures, one JSON object a line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--parts", nargs="+", default=["talk", "near", "numbers", "noise", "stop"])
-    parser.add_argument("--every", type=int, default=1, help="in noise, only every so many of the commands")
-    parser.add_argument("--only", default="", help="in noise, only the conditions whose name holds this")
-    parser.add_argument("--opinions", type=int, default=SpeechSettings.opinions)
-    chosen = parser.parse_args()
-    settings = SpeechSettings(opinions=chosen.opinions)
+def main(
+    *,
+    data: Path,
+    parts: Sequence[str] = ("talk", "near", "numbers", "noise", "stop"),
+    every: int = 1,  # in noise, only every so many of the commands
+    only: str = "",  # in noise, only the conditions whose name holds this
+    opinions: int = SpeechSettings.opinions,
+) -> None:
+    settings = SpeechSettings(opinions=opinions)
 
-    def say(words: str) -> None:
-        sys.stdout.write(f"{words}\n")
-        sys.stdout.flush()
-
-    for part in chosen.parts:
+    for part in parts:
         if part == "noise":
-            noise(chosen.data, settings, say, chosen.every, chosen.only)
+            noise(data, settings, print_row, every, only)
         else:
-            {"talk": talk, "near": near, "numbers": numbers, "stop": stop}[part](chosen.data, settings, say)
+            {"talk": talk, "near": near, "numbers": numbers, "stop": stop}[part](data, settings, print_row)
 
 
 if __name__ == "__main__":
-    main()
+    run_command(main)
