@@ -21,7 +21,6 @@ from core.navigation.zones import roomiest_spot
 from core.sentences import Statement
 from core.speech.understanding.place_names import MAX_PLACES, check_name_apart, place_phrases, spoken_name, tidy_name
 
-BEYOND_MAP_M = 10.0  # [m] that a place may lie outside the known map
 MAX_ROOM_CORNERS = 200
 WALL_NEAR_M = 1.0
 LOST = Statement("places.lost")
@@ -147,7 +146,7 @@ class PlaceService(Part):
 
     def _placed(self, mark: PlaceMark) -> PlaceMark:
         """The place as it is kept: rounded, and anchored to the map. Raises Problem 422."""
-        self._check_on_map(mark.x_m, mark.y_m)
+        self._maps.check_near(np.array([(mark.x_m, mark.y_m)]))
         return msgspec.structs.replace(
             mark,
             x_m=round(mark.x_m, 3),
@@ -156,13 +155,6 @@ class PlaceService(Part):
             anchor=anchor_at(np.array([(mark.x_m, mark.y_m)]), self._maps.snapshot.floor.submaps),
             outline_m=tuple((round(float(x), 3), round(float(y), 3)) for x, y in mark.outline_m),
         )
-
-    def _check_on_map(self, x: float, y: float) -> None:
-        grid = self._maps.grid
-        low = grid.origin - BEYOND_MAP_M
-        high = grid.origin + grid.resolution * np.array(grid.log_odds.shape[::-1]) + BEYOND_MAP_M
-        if not (math.isfinite(x) and math.isfinite(y) and low[0] <= x <= high[0] and low[1] <= y <= high[1]):
-            raise Problem(422, Statement("places.beyond", metres=f"{BEYOND_MAP_M:g}"))
 
     def _check_name(self, name: str, others: list[PlaceMark] | tuple[PlaceMark, ...]) -> None:
         if any(_key(one.name) == _key(name) for one in others):

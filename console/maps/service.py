@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import IO, Literal, TypeVar
 
 import msgspec
+import numpy as np
 
 from console.access.logins import Person
 from console.control.dispatcher import REACHED, CommandDispatcher
@@ -34,6 +35,7 @@ from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, BeckonError, Refused
 from core.files import checksum, saving, write_atomic
 from core.geometry import Pose
+from core.message import Array
 from core.pilot.pilot import Pilot, parts_of
 from core.pipelines.nav2_map import laid_out as cells_laid_out
 from core.pipelines.nav2_map import read_nav2_zip
@@ -53,6 +55,7 @@ log = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
+BEYOND_MAP_M = 10.0  # that a place or a zone may lie outside the known map
 SAME_RESOLUTION_M = 1e-6  # by which two resolutions may differ
 SAME_LASER_HEIGHT_M = 0.05  # by which the planes of two lasers may differ that see the same walls
 UNSAVED_M = 0.3  # that the robot moves before its map is worth a question
@@ -162,6 +165,13 @@ class MapService(Part):
         if self._newest is None or not (self._newest.grid.log_odds != 0).any():
             raise Problem(503, "There is no map yet; the robot is still looking around.")
         return self._newest.grid
+
+    def check_near(self, points: Array) -> None:
+        """Raise Problem 422 for points (N, 2) [m], world, that all lie far outside the map; 503 without one."""
+        low = self.grid.origin - BEYOND_MAP_M
+        high = low + 2 * BEYOND_MAP_M + self.grid.resolution * np.array(self.grid.log_odds.shape[::-1])
+        if not np.isfinite(points).all() or (points.max(0) < low).any() or (points.min(0) > high).any():
+            raise Problem(422, Statement("places.beyond", metres=f"{BEYOND_MAP_M:g}"))
 
     @property
     def outline(self) -> MapOutline:

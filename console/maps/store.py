@@ -234,7 +234,7 @@ def checked_name(name: str) -> str:
     """A name as it is kept. Raises BadInput with what a name may be."""
     tidy = unicodedata.normalize("NFC", " ".join(name.split()))
     if not 0 < len(tidy) <= MAX_NAME_LETTERS or not NAME.fullmatch(tidy):
-        raise BadInput(f"A map's name has 1 to {MAX_NAME_LETTERS} letters, digits, spaces, hyphens or underscores.")
+        raise BadInput(f"A name has 1 to {MAX_NAME_LETTERS} letters, digits, spaces, hyphens or underscores.")
     return tidy
 
 

@@ -24,7 +24,7 @@ from console.robot.supervisor import RobotSupervisor
 from core.errors import BadInput
 from core.gate import Twist
 from core.message import Array
-from core.navigation.zones import KeepOuts, MapZone, ZoneKind, slow_cap
+from core.navigation.zones import KeepOuts, MapZone, ZoneKind, crosses_itself, enclosed_area, slow_cap
 from core.pilot.pilot import Pilot
 from core.pipelines.nav2_map import UNKNOWN_VALUE, Nav2Cells, read_nav2_zip
 from core.pipelines.nav2_masks import SpeedType, keep_out_polygons, mask_files, slow_polygons
@@ -77,6 +77,7 @@ class ZoneService(Part):
         """Draw a zone. Raises BadInput, Problem 409, 503, Refused, Unwritable."""
         self._lease.check_not_anothers(who)
         drawn = self._checked(mark, who)
+        self._check_drawn(np.array(drawn.points_m))
 
         await self._maps.mark(lambda marks: _with_zones(marks, [drawn]), f"zone {drawn.name}", who)
         self._stop_inside(drawn.name)
@@ -98,7 +99,7 @@ class ZoneService(Part):
             raise BadInput(Statement("zones.empty_mask"))
         named = [name if number == 0 else f"{name} {number + 1}" for number in range(len(found))]
         marks = [
-            self._checked(ZoneMark(one, reading.kind, tuple(map(tuple, ring.tolist())), speed), who, smallest=0.0)
+            self._checked(ZoneMark(one, reading.kind, tuple(map(tuple, ring.tolist())), speed), who)
             for one, (ring, speed) in zip(named, found, strict=True)
         ]
         before = {zone.name for zone in self.zones}
@@ -168,15 +169,19 @@ class ZoneService(Part):
             self._warned = (zone.name, jog.press, now)
         return Statement("zones.press_again", name=zone.name)
 
-    def _checked(self, mark: ZoneMark, who: Person, smallest: float = MIN_AREA_M2) -> ZoneMark:
+    def _check_drawn(self, points: Array) -> None:
+        """Raise BadInput, Problem 422 for corners (N, 2) [m], world, of a zone that people cannot have meant."""
+        self._maps.check_near(points)
+        if crosses_itself(points):
+            raise BadInput(Statement("zones.crossed"))
+        if enclosed_area(points) < MIN_AREA_M2:
+            raise BadInput(Statement("zones.small"))
+
+    def _checked(self, mark: ZoneMark, who: Person) -> ZoneMark:
         """A zone as it is kept. Raises BadInput."""
         points = np.array(mark.points_m, float).reshape(-1, 2)
         if not 3 <= len(points) <= MAX_CORNERS or not np.isfinite(points).all():
             raise BadInput(Statement("zones.corners", most=MAX_CORNERS))
-        x, y = points.T
-        area = 0.5 * abs(float(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))))
-        if area < smallest:
-            raise BadInput(Statement("zones.small"))
         speed = checked_speed(mark.kind, mark.max_speed_m_s)
         rounded = tuple((round(float(a), 3), round(float(b), 3)) for a, b in points)
         anchor = anchor_at(points, self._maps.snapshot.floor.submaps)

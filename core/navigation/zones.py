@@ -20,6 +20,7 @@ KEPT_OUT_LOG_ODDS = 20.0  # of a cell that is planned around, however free it wa
 FLOOR_LOG_ODDS = -0.3  # up to which a cell is known to be free
 REACTION_S = 0.25  # [s] until a stop reaches the wheels
 BRAKING_M_S2 = 1.0  # [m/s²]
+MAX_RING_SHARE = 1.01  # of its convex hull, that a ring encloses which goes round once
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -104,6 +105,30 @@ def slow_cap(zones: Iterable[MapZone], pose: Pose, speed: float, radius: float) 
     reach = radius + stopping_way(speed)
     near = [zone.max_speed for zone in zones if zone.max_speed is not None and zone.depth(pose.x, pose.y) > -reach]
     return min(near, default=None)
+
+
+def enclosed_area(points: Array) -> float:
+    """The area [m²] within a ring of corners (N, 2) [m]; what it goes round twice counts twice."""
+    x, y = (points - points.mean(0)).T
+    return 0.5 * abs(float(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))))
+
+
+def crosses_itself(points: Array) -> bool:
+    """Return whether two sides of a ring of corners (N, 2) cross, or it goes round twice; sides may touch.
+
+    Within such a ring some floor would belong to no side of it.
+    """
+    begins, ends = points, np.roll(points, -1, axis=0)
+    along = ends - begins
+
+    def side(corners: Array) -> Array:
+        """On which side (N, N) of the line through each side, a row, each corner lies."""
+        away = corners[None] - begins[:, None]
+        return np.sign(np.round(along[:, None, 0] * away[..., 1] - along[:, None, 1] * away[..., 0], 9))
+
+    parted = side(begins) * side(ends) < 0
+    hull = cv2.convexHull(points.astype(np.float32)).reshape(-1, 2).astype(float)
+    return bool((parted & parted.T).any()) or enclosed_area(points) > MAX_RING_SHARE * enclosed_area(hull)
 
 
 def cells_in(points: Array, grid: OccupancyGrid) -> Array:

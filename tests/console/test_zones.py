@@ -183,3 +183,36 @@ def test_a_map_of_nav2_is_kept_as_a_saved_map_to_the_bit(bare: Live) -> None:
     assert send(bare, "/api/maps/import?name=from+nav2", out).status == 409
     call(bare, "DELETE", "/api/maps/from%20nav2", status=204)
     assert "YAML" in send(bare, "/api/maps/import?name=x", zip_of({"m.yaml": b"{", "m.pgm": b"P5"})).json["detail"]
+
+
+RING = [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]
+
+
+@pytest.mark.parametrize(
+    ("points", "code"),
+    [
+        (RING, None),
+        (RING[::-1], None),
+        ([*RING, RING[0]], None),  # closed, as GeoJSON writes it
+        ([RING[0], *RING], None),
+        ([*RING[:2], [3.0, 1.0], *RING[1:]], None),  # with a spike
+        ([RING[0], RING[2], RING[1], RING[3]], "zones.crossed"),  # a bow tie
+        ([[0.0, 1.0], [0.6, -0.8], [-0.95, 0.3], [0.95, 0.3], [-0.6, -0.8]], "zones.crossed"),  # a star
+        ([*RING, *RING], "zones.crossed"),  # twice around: nothing is inside
+        ([[1.0, 1.0], [2.0, 2.0], [3.0, 3.0]], "zones.small"),
+        ([[1000 * x, 1000 * y] for x, y in RING], "places.beyond"),
+        ([[x - 300, y] for x, y in RING], "places.beyond"),
+        ([[-60.0, -60.0], [60.0, -60.0], [0.0, 60.0]], None),  # around the whole map
+    ],
+)
+def test_a_zone_that_nobody_can_have_meant_is_refused(
+    bare: Live, points: list[list[float]], code: str | None
+) -> None:
+    told = call(
+        bare,
+        "POST",
+        "/api/zones",
+        {"name": "odd", "kind": "slow", "max_speed_m_s": 1.0, "points_m": points},
+        status=422 if code else 201,
+    )
+    assert told.get("code") == code

@@ -11,7 +11,7 @@ from core.commands.stop_moving import STOP_PHRASES
 from core.errors import BadInput
 from core.navigation.places import NamedPlace
 from core.sentences import Statement
-from core.speech.understanding.grammar import OTHER_WORDS, OwnPhrase, OwnPhrases, compiled, says_stop, slips
+from core.speech.understanding.grammar import OTHER_WORDS, READ, OwnPhrase, OwnPhrases, compiled, says_stop, slips
 from core.speech.understanding.numbers import VALUES, WHOLE_WORDS
 from core.speech.understanding.own_phrases import sound_key, too_close
 
@@ -63,6 +63,8 @@ def check_name_apart(name: str, places: Iterable[str], own: OwnPhrases = ()) -> 
             raise _alike(name, other)
     for pattern in TO_PLACE:
         words = pattern.format(name=spoken_name(name))
+        if spoken_name(name) in VALUES or any(READ[point].fullmatch(words) for point in STOP_AT.words):
+            raise BadInput(Statement("places.number"))
         known = [one for kind in VOCABULARY for one in kind.words if kind is not STOP_AT or _like_numbers(name)]
         for phrase in (*known, *OTHER_WORDS, *(one.pattern for one in own)):
             if _confusable(words, phrase):

@@ -93,7 +93,7 @@ def test_without_places_the_words_mean_what_they_meant() -> None:
     [
         ("bus stop", "always stops"),
         ("wait", "always stops"),
-        ("123", "letters in it"),
+        ("123", "no number"),
         ("x", "3 to 40"),
         ("küche", "from a to z"),
         ("a" * 41, "3 to 40"),
@@ -168,3 +168,12 @@ def test_a_name_that_is_not_on_the_map_is_refused_however_near_another_one_sound
             assert known.command is not None and known.command.place == "bathroom" and known.waits
     finally:
         recognizer.learn(())
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["ten", "one and two", "minus one and two", "three point five and 2", "twenty and thirty", "Zero and zero"],
+)
+def test_a_name_that_is_read_as_metres_is_refused(name: str) -> None:
+    with pytest.raises(BadInput, match="no number and no point"):
+        check_name_apart(tidy_name(name), NAMES)
