@@ -40,16 +40,19 @@ def homographies(points: Array, pixels: Array) -> Array:
     return np.linalg.inv(from_seen) @ mapping.reshape(views, 3, 3) @ from_flat
 
 
-def start(points: Array, pixels: Array, size: tuple[int, int]) -> Start:
-    """Board points (N, 3), their pixels (M, N, 2), picture size → camera and poses without distortion."""
-    mapping = homographies(points, pixels)
+def start(points: Array, pixels: Array, size: tuple[int, int], mapping: Array | None = None) -> Start:
+    """Board points (N, 3), their pixels (M, N, 2), picture size → camera and poses without distortion.
+
+    `mapping` (M, 3, 3): their homographies, where they are known.
+    """
+    mapping = homographies(points, pixels) if mapping is None else mapping
     centre = np.array([(size[0] - 1) / 2, (size[1] - 1) / 2])
     focal = focal_lengths(mapping, centre)
     known = focal is not None and focal.max() < MOST_FOCAL * max(size)
     if focal is None or not known:
         focal = np.full(2, float(max(size)))
     camera = np.array([focal[0], focal[1], centre[0], centre[1], 0.0, 0.0, 0.0, 0.0, 0.0])
-    return Start(camera, board_poses(points, pixels, camera), known)
+    return Start(camera, board_poses(points, pixels, camera, mapping), known)
 
 
 def focal_lengths(mapping: Array, centre: Array) -> Array | None:
@@ -83,12 +86,14 @@ def poses(mapping: Array, camera: Array) -> Poses:
     return Poses(left @ right, scaled[:, :, 2])
 
 
-def board_poses(points: Array, pixels: Array, camera: Array) -> Poses:
+def board_poses(points: Array, pixels: Array, camera: Array, mapping: Array | None = None) -> Poses:
     """Board points (N, 3), pixels (M, N, 2), camera (9,) → poses, all in front of the camera.
+
+    `mapping` (M, 3, 3): their homographies, where they are known.
 
     Where the corners are so wrong that the homography puts some of them behind it, the board faces the camera.
     """
-    found = poses(homographies(points, pixels), camera)
+    found = poses(homographies(points, pixels) if mapping is None else mapping, camera)
     behind = found.points(points)[..., 2].min(axis=1) <= 0
     spread = np.linalg.norm(points - points.mean(axis=0), axis=1).mean()
     seen = (pixels - camera[2:4]) / camera[:2]

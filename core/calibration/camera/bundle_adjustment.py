@@ -33,7 +33,7 @@ class Corners(NamedTuple):
     @property
     def views_used(self) -> Array:
         """(M,) bool: views of which any corner takes part."""
-        return np.count_nonzero(self.used, axis=1) > 0
+        return self.used.any(axis=1)
 
     def take(self, which: Array | slice) -> Corners:
         """The chosen views."""
@@ -67,12 +67,6 @@ class Gram(NamedTuple):
 def errors(corners: Corners, solution: BundleSolution) -> Array:
     """Projected minus seen (M, N, 2) [pixel]; also for corners that take no part."""
     return project(solution.camera, solution.poses, corners.points) - corners.pixels
-
-
-def view_rms(corners: Corners, solution: BundleSolution) -> Array:
-    """(M,) [pixel]: root mean square error of each view over its used corners, both axes together."""
-    squares = np.sum(errors(corners, solution) ** 2, axis=2) * corners.used
-    return np.sqrt(squares.sum(axis=1) / np.maximum(corners.used.sum(axis=1), 1))
 
 
 def refine(
@@ -183,6 +177,10 @@ class NormalEquations(NamedTuple):
         """Those of some unknowns alone."""
         chosen = list(columns)
         return NormalEquations(self.precision[:, chosen][:, :, chosen], self.pull[:, chosen])
+
+    def take(self, which: Array) -> NormalEquations:
+        """Those of the chosen views alone."""
+        return NormalEquations(self.precision[which], self.pull[which])
 
 
 def equations(

@@ -96,15 +96,19 @@ class _Split(NamedTuple):
     cause: str
 
 
-def find_part(corners: Corners, solution: BundleSolution, size: tuple[int, int]) -> PictureGroup | None:
+def find_part(
+    corners: Corners, solution: BundleSolution, known: NormalEquations, size: tuple[int, int]
+) -> PictureGroup | None:
     """Find the smaller part of the views, if two cameras explain all of them much better than one does.
 
-    `corners`: of every view, those of views that were left out too. Views that no camera explains are passed over.
+    `corners`: of every view, those of views that were left out too, each in its best pose; `known`: the equations at
+    this solution. Views that no camera explains are passed over.
     """
     open_views = np.arange(len(corners.pixels))
     while len(open_views) > MIN_VIEWS:
         some = corners.take(open_views)
-        split = _split(some, BundleSolution(solution.camera, solution.poses.take(open_views)), size)
+        here = BundleSolution(solution.camera, solution.poses.take(open_views))
+        split = _split(some, here, known.take(open_views), size)
         if split is None:
             return None
         noise = _noise(some, split, 0)
@@ -115,8 +119,10 @@ def find_part(corners: Corners, solution: BundleSolution, size: tuple[int, int])
     return None
 
 
-def find_variation(corners: Corners, solution: BundleSolution) -> Variation | None:
+def find_variation(corners: Corners, solution: BundleSolution, known: NormalEquations) -> Variation | None:
     """Find what differs from view to view, or is as in no camera, if it does so beyond doubt in the used views.
+
+    `known`: the `equations` at this solution.
 
     Score tests of a focal length, a principal point and a motion of its own for every view, and of a skew for all,
     against what the views' own cameras and motions gain besides. That also counts what no camera explains (another
@@ -124,9 +130,7 @@ def find_variation(corners: Corners, solution: BundleSolution) -> Variation | No
     """
     kept = np.flatnonzero(corners.views_used)
     some, here = corners.take(kept), BundleSolution(solution.camera, solution.poses.take(kept))
-    bends = [each[:, None] * axis for each in _bends(some.points).T for axis in np.eye(3)]
-    taller = some.points * (0.0, 1.0, 0.0)
-    known = bundle_adjustment.equations(some, here, (taller, *bends), rows=True)
+    known = known.take(kept)
     unit = np.eye(known.pull.shape[1])
     none, common, motion = unit[:, :0], unit[:, : 1 - BY_ROW], unit[:, 1 - BY_ROW :]
     square, whole = (_gain(known, none, each) for each in (common[:, :-1], common))
@@ -184,8 +188,8 @@ def _gain(known: NormalEquations, own: Array, common: Array) -> _Gain:
     mixed = common.T @ known.precision @ own @ root
     whole = common.T @ known.precision.sum(axis=0) @ common
     size = 1 / np.sqrt(np.maximum(np.diag(whole), 1e-300))
-    level = (whole - np.einsum("msj,mtj->st", mixed, mixed)) * np.outer(size, size)
-    pull = (known.pull.sum(axis=0) @ common - np.einsum("msj,mj->s", mixed, force)) * size
+    level = (whole - np.tensordot(mixed, mixed, ((0, 2), (0, 2)))) * np.outer(size, size)
+    pull = (known.pull.sum(axis=0) @ common - np.tensordot(mixed, force, ((0, 2), (0, 1)))) * size
     inverse = np.linalg.pinv(level, rcond=1e-9, hermitian=True)  # what is left may say nothing of what all share
     step = -size * (inverse @ pull)
     return _Gain(
@@ -284,10 +288,9 @@ def _freedom(some: Corners) -> int:
     return max(2 * int(np.count_nonzero(some.used)) - 2 * len(PAPER) - 6 * len(some.pixels), 1)
 
 
-def _split(some: Corners, solution: BundleSolution, size: tuple[int, int]) -> _Split | None:
+def _split(some: Corners, solution: BundleSolution, known: NormalEquations, size: tuple[int, int]) -> _Split | None:
     """The two parts that two cameras explain best: by the quadratic costs first, then solved in full."""
-    solution = BundleSolution(solution.camera, bundle_adjustment.refine_poses(some, solution))
-    labels = _mixture(some, solution)
+    labels = _mixture(some, solution, known.of(PAPER))
     if labels is None:
         return None
     split = None
@@ -300,14 +303,13 @@ def _split(some: Corners, solution: BundleSolution, size: tuple[int, int]) -> _S
     return split
 
 
-def _mixture(some: Corners, solution: BundleSolution) -> Array | None:
+def _mixture(some: Corners, solution: BundleSolution, known: NormalEquations) -> Array | None:
     """(M,) 0 or 1: the parts whose own cameras lower the cost most, to second order; None where none does much.
 
     Views of another camera pull its way, however their boards are held. So the views are put in order along every
     direction of their pulls at the common camera, and parted where two cameras gain most; 1 is the smaller part.
     """
-    precision, pull = known = bundle_adjustment.equations(some, solution).of(PAPER)
-    costs = _costs(some, solution)
+    (precision, pull), costs = known, _costs(some, solution)
     most = float(costs.sum())
     if not _explains(some, most, max(most - _gain_of_own_cameras(known).amount, 1e-12 * most)):
         return None  # not even a camera of its own for every view would explain that much
@@ -417,8 +419,9 @@ def _cause(camera: Array, rest: Array, size: tuple[int, int]) -> str:
 
 
 def equations(corners: Corners, solution: BundleSolution) -> NormalEquations:
-    """The normal equations of PARAMETERS and of the board's SHAPES."""
-    return bundle_adjustment.equations(corners, solution, _shapes(corners.points))
+    """The normal equations of PARAMETERS, of the board's SHAPES, of bends in its plane, and by the picture's row."""
+    in_plane = [each[:, None] * axis for each in _bends(corners.points).T for axis in np.eye(3)[:2]]
+    return bundle_adjustment.equations(corners, solution, (*_shapes(corners.points), *in_plane), rows=True)
 
 
 def _shapes(points: Array) -> list[Array]:
@@ -437,13 +440,12 @@ def find_shape(
     for turn in range(SHAPE_TURNS + 1):
         precision, pull = (known if turn == 0 else equations(shaped, solution)).of((*PAPER, *unknowns))
         covariance = bundle_adjustment.covariance(precision.sum(axis=0), 1.0)
-        found = found - (covariance @ pull.sum(axis=0))[len(PAPER) :]
-        spread = covariance[len(PAPER) :, len(PAPER) :] * bundle_adjustment.noise(shaped, solution, PAPER) ** 2
-        strength = float(found @ np.linalg.solve(spread, found)) / len(found)
+        found, share = found - (covariance @ pull.sum(axis=0))[len(PAPER) :], (turn + 1) / (SHAPE_TURNS + 1)
         extent = float(found[0] if len(found) == 1 else np.ptp(found @ forms[:, :, 2]))
-        if abs(extent) < least * (turn + 1) / (SHAPE_TURNS + 1) or (
-            turn == SHAPE_TURNS and strength < LEAST_STRENGTH
-        ):
+        if abs(extent) < least * share:
+            return None
+        spread = covariance[len(PAPER) :, len(PAPER) :] * bundle_adjustment.noise(shaped, solution, PAPER) ** 2
+        if float(found @ np.linalg.solve(spread, found)) / len(found) < LEAST_STRENGTH * share:
             return None
         shaped = corners._replace(points=corners.points + np.tensordot(found, forms, 1))
         solution = bundle_adjustment.refine(shaped, solution, PAPER)

@@ -24,8 +24,9 @@ MOST_NAMES = 4  # of pictures in a sentence
 
 # Thresholds for corners and views that do not fit.
 SOFT_LOSS_PX = 0.3  # [pixel] scale of the soft-L1 loss of the first solve
+START_VIEWS = 100  # of the first solve, at most
 START_CORNERS, START_CORNERS_OF_A_VIEW = 3000, 16  # corners of the first solve in all, and of each view at least
-START_CLOSE = 1e-4  # share of the cost that the first solve leaves
+START_CLOSE, POSE_CLOSE = 1e-4, 1e-9  # shares of the cost that the first solve leaves, and a pose by itself
 FLAT_VIEW_FACTOR = 8.0  # views this many times less flat than the median view wait until the camera is known
 BAD_VIEW_FACTOR = 3.0  # a view this many times worse than the median view is left out
 BAD_REST_FACTOR = 1.5  # the same for a view of which some corners have been left out already
@@ -140,8 +141,9 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
         *_stretched(solution.camera, covariance),
     )
     undecided = next((each.sentence for each in faults if each.code in UNDECIDED_CODES), "")
-    others = {} if undecided else suspects.without_each(corners, solution, known, free, noise)
-    deciding = _deciding(views, others, figures)
+    deciding = ""
+    if not undecided and np.count_nonzero(corners.views_used) >= suspects.MIN_VIEWS:
+        deciding = _deciding(views, *suspects.without_each(corners, solution, known, free, noise), figures)
     squares = np.sum(bundle_adjustment.errors(corners, solution) ** 2, axis=2)[corners.used]
     sentences = tuple(each.sentence for each in faults)
     return Calibration(
@@ -203,16 +205,20 @@ def _consistently(everything: Corners, size: tuple[int, int]) -> _Found:
         return found._replace(part=part)
     others = ~np.isin(np.arange(len(everything.pixels)), part.views)
     found = _solve_robustly(everything, size, others)
-    again = consistency.find_variation(found.corners, found.solution)  # the others may vary, too
+    again = consistency.find_variation(found.corners, found.solution, found.equations)  # the others may vary, too
     return found._replace(part=again or part)
 
 
 def _part_of(found: _Found, size: tuple[int, int]) -> PictureGroup | Variation | None:
     """The views that another camera explains, those among them that were left out, or what varies among the views."""
-    used = found.corners.used
-    every = found.corners._replace(used=used | ~found.corners.views_used[:, None])
-    part = consistency.find_part(every, found.solution, size)
-    variation = consistency.find_variation(found.corners, found.solution)
+    every, solution, known = found.corners, found.solution, found.equations
+    out = ~every.views_used
+    if out.any():
+        every = every._replace(used=every.used | out[:, None])
+        solution = BundleSolution(solution.camera, bundle_adjustment.refine_poses(every, solution))
+        known = bundle_adjustment.equations(every, solution)
+    part = consistency.find_part(every, solution, known, size)
+    variation = consistency.find_variation(found.corners, found.solution, found.equations)
     if part is not None and variation is not None:
         return variation if variation.left < LEFT_BY_VARIATION * part.left else part
     return part or variation
@@ -312,29 +318,34 @@ def _solve_robustly(everything: Corners, size: tuple[int, int], open_views: Arra
     `open_views` (M,) bool: the only ones that may take part.
     """
     open_views = np.ones(len(everything.pixels), bool) if open_views is None else open_views
-    flat = _flat(everything) & open_views
-    part, focal_known = _from_scratch(everything.take(flat), size, SOFT_LOSS_PX)
-    begun = homography.board_poses(everything.points, everything.pixels, part.camera)
-    solution = BundleSolution(part.camera, _all_poses(everything, part, flat, begun, SOFT_LOSS_PX))
+    mapping = homography.homographies(everything.points, everything.pixels)
+    flat = _flat(everything, mapping) & open_views
+    first = homography.start(everything.points, everything.pixels[flat], size, mapping[flat])
+    some = _some_of(flat)
+    begun = BundleSolution(first.camera, first.poses.take(some[flat]))
+    part = _from_scratch(everything.take(some), begun, SOFT_LOSS_PX)
+    solution = _with_all(_for_start(everything), part, some, mapping, SOFT_LOSS_PX, START_CLOSE)
     used = _fitting(everything, solution) & open_views[:, None]
     for _ in range(MAX_SOLVE_ROUNDS):
-        kept = np.count_nonzero(used, axis=1) > 0
+        kept = used.any(axis=1)
         some = Corners(everything.points, everything.pixels[kept], used[kept])
         part = bundle_adjustment.refine(some, BundleSolution(solution.camera, solution.poses.take(kept)), PAPER)
         if not used.all():
             part = _upright(some, part, None)
-        solution = BundleSolution(part.camera, _all_poses(everything, part, kept, solution.poses, SOFT_LOSS_PX))
+        solution = _with_all(everything, part, kept, mapping, SOFT_LOSS_PX, POSE_CLOSE)
         again = _fitting(everything, solution) & open_views[:, None]
         if np.array_equal(again, used):
             break
         used = again
     corners = Corners(everything.points, everything.pixels, used)
-    return _Found(everything, corners, solution, focal_known, consistency.equations(corners, solution))
+    return _Found(everything, corners, solution, first.focal_known, consistency.equations(corners, solution))
 
 
-def _flat(everything: Corners) -> Array:
-    """(M,) bool: views whose corners look like a plane at all; the others would drag the first solve away."""
-    mapping = homography.homographies(everything.points, everything.pixels)
+def _flat(everything: Corners, mapping: Array) -> Array:
+    """(M,) bool: views whose corners look like a plane at all; the others would drag the first solve away.
+
+    `mapping` (M, 3, 3): the homographies.
+    """
     ground = np.column_stack((everything.points[:, :2], np.ones(len(everything.points))))
     image = ground @ np.swapaxes(mapping, 1, 2)
     error = np.median(np.linalg.norm(image[..., :2] / image[..., 2:] - everything.pixels, axis=2), axis=1)
@@ -342,20 +353,25 @@ def _flat(everything: Corners) -> Array:
     return flat if np.count_nonzero(flat) >= 3 else np.ones(len(error), bool)
 
 
-def _from_scratch(corners: Corners, size: tuple[int, int], soft: float) -> tuple[BundleSolution, bool]:
-    """Homographies, both poses of every board, Levenberg-Marquardt; also whether they determine the focal length.
+def _some_of(flat: Array) -> Array:
+    """(M,) bool: so many of these views as the first solve takes, picked at random but the same every time."""
+    picked = np.random.default_rng(0).permutation(np.flatnonzero(flat))[:START_VIEWS]
+    return np.isin(np.arange(len(flat)), picked)
 
-    Of many corners some will do, as this is only where the solution begins.
-    """
-    first = homography.start(corners.points, corners.pixels, size)
-    corners = corners.thinned(max(START_CORNERS // len(corners.pixels), START_CORNERS_OF_A_VIEW))
-    solution = BundleSolution(first.camera, first.poses)
-    solution = BundleSolution(
-        solution.camera, bundle_adjustment.refine_poses(corners, solution, soft=soft, steps=6, close=1e-3)
-    )
+
+def _for_start(corners: Corners) -> Corners:
+    """Corners on which the solution begins: of many, some will do."""
+    return corners.thinned(max(START_CORNERS // len(corners.pixels), START_CORNERS_OF_A_VIEW))
+
+
+def _from_scratch(corners: Corners, begun: BundleSolution, soft: float) -> BundleSolution:
+    """Both poses of every board, Levenberg-Marquardt, from what the homographies have begun with."""
+    corners = _for_start(corners)
+    poses = bundle_adjustment.refine_poses(corners, begun, soft=soft, steps=6, close=1e-3)
+    solution = BundleSolution(begun.camera, poses)
     solution, _ = bundle_adjustment.rescue(corners, solution, soft=soft, ratio=1.0)
     solution = bundle_adjustment.refine(corners, solution, PAPER, soft=soft, close=START_CLOSE, damping=FIRST_DAMPING)
-    return _upright(corners, solution, soft), first.focal_known
+    return _upright(corners, solution, soft)
 
 
 def _upright(corners: Corners, solution: BundleSolution, soft: float | None) -> BundleSolution:
@@ -368,17 +384,24 @@ def _upright(corners: Corners, solution: BundleSolution, soft: float | None) -> 
     return solution
 
 
-def _all_poses(everything: Corners, part: BundleSolution, kept: Array, poses: Poses, soft: float) -> Poses:
-    """Poses of the kept views as solved; those of the others fitted to the camera that the kept ones gave."""
-    rotations, translations = poses.rotations.copy(), poses.translations.copy()
+def _with_all(
+    everything: Corners, part: BundleSolution, kept: Array, mapping: Array, soft: float, close: float
+) -> BundleSolution:
+    """The kept views as solved; the poses of the others fitted to the camera that the kept ones gave.
+
+    `mapping` (M, 3, 3): the homographies.
+    """
+    rotations, translations = np.empty((len(kept), 3, 3)), np.empty((len(kept), 3))
     rotations[kept], translations[kept] = part.poses
     if not kept.all():
         others = everything.take(~kept)
-        guess = homography.board_poses(others.points, others.pixels, part.camera)
-        guess = bundle_adjustment.refine_poses(others, BundleSolution(part.camera, guess), soft=soft, steps=30)
+        guess = homography.board_poses(others.points, others.pixels, part.camera, mapping[~kept])
+        guess = bundle_adjustment.refine_poses(
+            others, BundleSolution(part.camera, guess), soft=soft, steps=30, close=close
+        )
         turned, _ = bundle_adjustment.rescue(others, BundleSolution(part.camera, guess), soft=soft)
         rotations[~kept], translations[~kept] = turned.poses
-    return Poses(rotations, translations)
+    return BundleSolution(part.camera, Poses(rotations, translations))
 
 
 def _fitting(everything: Corners, solution: BundleSolution) -> Array:
@@ -447,7 +470,7 @@ def _verdicts(
     """The outcome of every view; `brought`: the figures (5,) [pixel] with each that is not used, by number."""
     errors = bundle_adjustment.errors(everything, solution)
     lengths = np.linalg.norm(errors, axis=2)
-    rms = bundle_adjustment.view_rms(everything, solution)
+    rms = np.sqrt(np.mean(lengths**2, axis=1))
     typical = float(np.median(lengths[corners.used]))
     lines = odd_lines(errors.reshape(-1, board.rows, board.columns, 2), typical)
     verdicts: list[ViewVerdict] = []
@@ -466,13 +489,14 @@ def _verdicts(
     return tuple(verdicts)
 
 
-def _deciding(views: Sequence[ViewCorners], others: Mapping[int, Figures], known: Figures) -> str:
-    """A sentence about the view that decides most, if that is too much; "" where none does."""
-    if len(others) < suspects.MIN_VIEWS:
-        return ""
-    number = max(others, key=lambda each: float(suspects.sway(others[each], known).max()))
-    words = suspects.words_without(others[number], known)
-    return words and f"{views[number].name} {words}."
+def _deciding(views: Sequence[ViewCorners], numbers: Array, others: Figures, known: Figures) -> str:
+    """A sentence about the view that decides most, if that is too much; "" where none does.
+
+    `others` (K, 5): the figures without each of the views of these numbers (K,).
+    """
+    most = int(np.argmax(suspects.sway(others, known).max(axis=1)))
+    words = suspects.words_without(others.of(most), known)
+    return words and f"{views[numbers[most]].name} {words}."
 
 
 def _warnings(corners: Corners, focal_known: bool) -> tuple[str, ...]:

@@ -5,6 +5,8 @@ is left out because it disagrees with the others, the others may be wrong. So bo
 with a view that is left out, and without one that is used.
 """
 
+from __future__ import annotations
+
 import numpy as np
 
 from core.calibration import homography
@@ -105,8 +107,12 @@ ADVICE = "show more tilted views to decide"
 class Figures:
     """The figures of a camera that people know."""
 
-    values: Array  # (5,) [pixel] of PINHOLE_NAMES
-    sds: Array  # (5,) [pixel]
+    values: Array  # (..., 5) [pixel] of PINHOLE_NAMES
+    sds: Array  # (..., 5) [pixel]
+
+    def of(self, which: int) -> Figures:
+        """Those of one of several cameras."""
+        return Figures(values=self.values[which], sds=self.sds[which])
 
     def with_sd(self, number: int) -> str:
         """One of them with its standard deviation."""
@@ -114,9 +120,9 @@ class Figures:
 
 
 def figures(camera: Array, covariance: Array) -> Figures:
-    """Camera (9,) and the covariance (P, P) of its free parameters, which begin with fx, fy, cx and cy."""
+    """Camera (..., 9) and covariance (..., P, P) of its free parameters, which begin with fx, fy, cx and cy."""
     spread = np.sum(MEANS @ covariance[..., :4, :4] * MEANS, axis=-1)
-    return Figures(values=MEANS @ camera[:4], sds=np.sqrt(np.abs(spread)))
+    return Figures(values=camera[..., :4] @ MEANS.T, sds=np.sqrt(np.abs(spread)))
 
 
 def with_each(corners: Corners, solution: BundleSolution, free: tuple[int, ...]) -> dict[int, Array]:
@@ -138,8 +144,8 @@ def with_each(corners: Corners, solution: BundleSolution, free: tuple[int, ...])
 
 def without_each(
     corners: Corners, solution: BundleSolution, known: NormalEquations, free: tuple[int, ...], noise: float
-) -> dict[int, Figures]:
-    """Every view that is used → by number, what the others give without it, to first order.
+) -> tuple[Array, Figures]:
+    """Numbers (K,) of the used views, and the figures (K, 5) that the others give without each, to first order.
 
     At the best solution the pulls of all views cancel out; without one the others give way to what it held. `known`:
     the equations at this solution.
@@ -149,10 +155,7 @@ def without_each(
     doubts = bundle_adjustment.covariance(precision.sum(axis=0) - precision[used], 1.0)
     cameras = np.tile(solution.camera, (len(used), 1))
     cameras[:, list(free)] += (doubts @ pull[used, :, None])[..., 0]
-    return {
-        number: figures(camera, doubt)
-        for number, camera, doubt in zip(used.tolist(), cameras, noise**2 * doubts, strict=True)
-    }
+    return used, figures(cameras, noise**2 * doubts)
 
 
 def words_with(values: Array, known: Figures, *, advise: bool) -> str:
@@ -167,7 +170,7 @@ def words_with(values: Array, known: Figures, *, advise: bool) -> str:
 
 
 def sway(others: Figures, known: Figures) -> Array:
-    """(5,): how much a view decides, by what the `others` give: standard deviations that it moves, or narrows."""
+    """(..., 5): how much a view decides, by what the `others` give: standard deviations that it moves, or narrows."""
     return np.maximum(np.abs(others.values - known.values), others.sds) / np.maximum(known.sds, MIN_SD_PX)
 
 

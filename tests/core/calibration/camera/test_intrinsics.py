@@ -5,10 +5,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from core.calibration.camera import bundle_adjustment
+from core.calibration.camera.bundle_adjustment import BundleSolution
 from core.calibration.camera.intrinsics import Calibration, calibrate
 from core.calibration.camera.uncertainty import uncertainty_map
 from core.calibration.practice import BoardPlacement, held, seen
-from core.calibration.projection import vector_of
+from core.calibration.projection import PAPER, vector_of
 from core.calibration.reports import camera_report
 from core.errors import BadInput
 from core.message import Array
@@ -169,3 +171,15 @@ def test_the_boards_poses_and_their_deviations_are_those_of_opencv(clean: Calibr
         between = Rotation.from_rotvec(rvec.ravel()).inv() * Rotation.from_rotvec(pose["rvec_rad"])
         assert between.magnitude() < 0.1 * sd[:3].min()
         assert 0 < max(pose["sd_rotation_rad"]) < 0.05
+
+
+def test_of_many_views_all_are_solved_though_only_some_begin() -> None:
+    corners, truth = some_corners(130, noise=0.1, seed=7)
+    pixels = corners.pixels.copy()
+    pixels[101:104] = [rows_swapped(each) for each in pixels[101:104]]
+    found = calibrate(views_of(pixels), BOARD, SIZE)
+    assert np.flatnonzero(~found.used).tolist() == [101, 102, 103]
+    some = corners.take(found.used)
+    alone = bundle_adjustment.refine(some, BundleSolution(truth.camera, truth.poses.take(found.used)), PAPER)
+    sds = np.sqrt(np.diag(found.covariance))
+    assert np.all(np.abs(vector_of(found.model)[:8] - alone.camera[:8]) < 1e-3 * sds)
