@@ -120,7 +120,7 @@ class LandmarkTable:
         kinds, seen = self._rows["kind"], np.array([self._number_of(s.kind) for s in sightings])[:, None]
         same = (kinds == seen) | (kinds == 0) | (seen == 0)
         shown = np.array([math.nan if s.opening is None else s.opening + heading for s in sightings])[:, None]
-        differ = np.abs(wrap_all(shown - self._rows["opening"])) > self.settings.opening
+        differ = np.cos(shown - self._rows["opening"]) < math.cos(self.settings.opening)
         return same & ~differ
 
     def has_room(self, sighting: Sighting) -> bool:

@@ -84,8 +84,8 @@ def _join_found_again(state: Filter, table: LandmarkTable, hit: list[int], setti
 
     It is looked into whenever one of them has been hit a few times more.
     """
-    new = table.new
-    if not any(new[index] and table.hits(index) % table.settings.probation == 0 for index in hit):
+    due = [index for index in hit if table.hits(index) % table.settings.probation == 0]
+    if not (due and table.new[due].any()):
         return False
     pairs = _candidates(state, table, settings.gate)
     if len({new for new, _ in pairs}) < settings.found_again:
