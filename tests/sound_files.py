@@ -27,7 +27,6 @@ def write_sound(path: Path, samples: Array, rate: int, form: str) -> None:
 
 
 def body_of(samples: Array, form: str, bits: int) -> bytes:
-    """The samples' bytes."""
     if form.startswith("float"):
         with np.errstate(over="ignore"):
             return samples.astype(f"<f{bits // 8}").tobytes()

@@ -46,7 +46,6 @@ class BareDrive:
 
     @property
     def truth(self) -> Pose:
-        """Where it is."""
         told = self.robot.ask(ReadTruth())
         return Pose(told.x_m, told.y_m, told.heading_rad)
 
@@ -56,13 +55,11 @@ class BareDrive:
         return float(self.robot.ask(ReadTruth()).clearance_m)
 
     def drive(self, action: Action) -> Progress:
-        """One frame of an action."""
         progress = action.drive(self.here)
         self.step(Twist(float(progress.twist.v), float(progress.twist.w)))
         return progress
 
     def step(self, twist: Twist) -> None:
-        """One frame."""
         now, nonce = self.here.stamp, self.gate.status().nonce
         self._seq += 1
         self.gate.accept(Setpoint(1, self._seq, "goal", 1, twist.v, twist.w, nonce), now)

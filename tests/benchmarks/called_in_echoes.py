@@ -47,7 +47,6 @@ ENDS, BEGINS = (0.0, 0.4), (0.5, 1.0)  # [s] of her words before he ends; share 
 
 
 def row(seed: int, plain: bool, typed: bool, number: int) -> dict[str, Any]:
-    """One run."""
     began = time.process_time()
     chance = np.random.default_rng((seed, number))
     place = PLACES[number % len(PLACES)]

@@ -29,7 +29,6 @@ def know(pilot: Pilot, place: Place) -> None:
 
 
 def row(place: Place, seed: int) -> str:
-    """One drive."""
     found = drive(place, Settings(), seed, (LASER, VOICE), lambda pilots: know(pilots[VOICE], place))
     laser, voice = found[LASER], found[VOICE]
     assert isinstance(laser, RowErrors)

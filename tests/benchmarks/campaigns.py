@@ -79,7 +79,6 @@ class CampaignProcess:
         return len(psutil.wait_procs(left, 5.0)[1])
 
     def a_worker(self) -> psutil.Process:
-        """One of its pool."""
         return next(
             one
             for one in psutil.Process(self.process.pid).children()

@@ -60,7 +60,6 @@ class Score:
             self.sighted.append(float(error @ np.linalg.solve(slope @ sighting.covariance @ slope.T, error)))
 
     def told(self) -> dict[str, float]:
-        """The figures."""
         if not self.errors:
             return {"detected": 0.0, "false_per_scan": round(self.false / self.looked, 3)}
         return {

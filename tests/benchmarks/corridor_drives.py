@@ -61,7 +61,6 @@ class Drive:
 
 
 def drawn(seed: int) -> Corridor:
-    """The corridor of a seed."""
     rng = np.random.default_rng((seed, 1))
     return Corridor(
         length=rng.uniform(14, 30),

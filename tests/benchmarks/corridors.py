@@ -37,8 +37,6 @@ LOST = 10.0  # NEES from which a run counts as one with wrong matches
 
 @dataclass(frozen=True)
 class Score:
-    """One run."""
-
     aligned: float  # [m] RMS of the position after the best turn and shift
     plain: float  # [m] ... without
     landmarks: int
@@ -58,7 +56,6 @@ def ours(told: Drive, *, given: bool = False, settings: EkfSettings | None = Non
 
 
 def plain(told: Drive) -> Score:
-    """The plain rule."""
     rule, places, squared = PlainRule(), [], []
     for step, row in zip(told.steps, told.truth.tolist(), strict=True):
         rule.advance(step.increment)

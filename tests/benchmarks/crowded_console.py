@@ -85,7 +85,6 @@ class Visitor:
         self.page.keyboard.press("Escape")
 
     def ask(self) -> None:
-        """Ask for control."""
         self.find("lease-chip button").first.click()
         if self.button("Ask for control").first.is_visible():
             self.button("Ask for control").first.click()
@@ -203,7 +202,6 @@ class Crowd:
         self.slowest = max(self.slowest, time.monotonic() - begun)
 
     def live(self, minutes: float) -> None:
-        """Ten minutes of it."""
         acts = ["command"] * 5 + ["by hand", "take over", "hand over", "viewer stops", "reload", "cut", "leave"]
         end, restarts = time.monotonic() + 60 * minutes, [1 / 3, 2 / 3]
         self.watch.start()

@@ -48,8 +48,6 @@ class Blow:
 
 @dataclass(frozen=True)
 class Outcome:
-    """One run."""
-
     back: float  # [s] after the shock's end until under 3 sigma for good; infinite: never
     worst: float  # [m] of the pose from ten seconds after on
     moved: float  # [m] that a landmark known before moved at most, ten seconds after
@@ -86,7 +84,6 @@ SHOCKS: dict[str, tuple[Shock, float]] = {
 
 
 def run(shock: str, seed: int, settings: EkfSettings | None = None) -> Outcome:
-    """One drive with that shock."""
     blow_at, lasts = SHOCKS[shock]
     rng, slam = np.random.default_rng(seed), EkfSlam(settings)
     pose = Pose(0.0, -RADIUS, 0.0)

@@ -66,7 +66,6 @@ def ended(running: Running, fits: Callable[[dict[str, Any]], bool], poll: Callab
 
 
 def row_of(order: str, row: dict[str, Any], seconds: float, running: Running) -> dict[str, Any]:
-    """What became of an order."""
     pace = running.ask("api/state")["robot"]["pace"]
     return {
         "order": order,

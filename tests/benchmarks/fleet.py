@@ -42,7 +42,6 @@ CALM_S = 5.0  # after the fleet is back, in which nothing late may happen
 
 
 def until(true: Callable[[], bool], seconds: float = SETTLE_TIMEOUT_S) -> float:
-    """Seconds until it is so."""
     begun = time.monotonic()
     while not true():
         if time.monotonic() - begun > seconds:

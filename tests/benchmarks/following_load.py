@@ -74,7 +74,6 @@ def load(running: Console, seconds: float, words: tuple[str, ...] = ()) -> dict[
 
 
 def newest(running: Console) -> dict[str, Any]:
-    """The newest command."""
     rows = running.get("/api/commands/history")["commands"]
     return next(row for row in rows if row["name"] == "follow_me")
 

@@ -167,7 +167,6 @@ def let_silence_fall(robot: RobotSupervisor, hand: Hand) -> float:
 
 
 def stop(robot: RobotSupervisor, hand: Hand) -> float:
-    """A person stops the robot."""
     now = time.monotonic()
     robot.stop()
     return now

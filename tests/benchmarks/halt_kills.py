@@ -85,7 +85,6 @@ def after(console: Console, home: Path, delay: float) -> str:
 
 
 def begin(home: Path) -> Console:
-    """A console that can be halted."""
     home.mkdir()
     return Console(home)
 

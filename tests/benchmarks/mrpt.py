@@ -101,7 +101,6 @@ def run(
 
 
 def _read(words: str) -> Answer:
-    """Its messages → its answers."""
     poses: list[tuple[float, float, float]] = []
     counts: list[int] = []
     stamps: list[float] = []

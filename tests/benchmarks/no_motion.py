@@ -66,7 +66,6 @@ class Trial:
         until(lambda: self.running.get("/api/state") and self.robot.ask("moved", since=began) > 0.1)
 
     def child(self, module: str) -> int:
-        """The process of that module."""
         children = psutil.Process(self.running.process.pid).children(recursive=True)
         return next(child.pid for child in children if module in child.cmdline())
 

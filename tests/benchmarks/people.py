@@ -60,8 +60,6 @@ json.dump({"version": cv2.__version__, "boxes": told, "seconds": spent}, sys.std
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of picture."""
-
     name: str
     people: int
     camera: Camera

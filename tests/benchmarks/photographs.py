@@ -64,8 +64,6 @@ json.dump({"version": cv2.__version__, "rows": rows}, sys.stdout)
 
 @dataclass(frozen=True)
 class Person:
-    """A person in a photograph."""
-
     number: str
     standing: bool
     box: Box
@@ -80,8 +78,6 @@ class Person:
 
 @dataclass(frozen=True)
 class Photo:
-    """A photograph, or a part of it."""
-
     file: str
     people: tuple[Person, ...]
     view: Box | None = None  # what is cut out [pixel]
@@ -110,7 +106,6 @@ class Score:
     empty_spent: list[float] = field(default_factory=list)
 
     def row(self) -> dict[str, float]:
-        """As it is printed."""
         share = lambda part, whole: round(part / whole, 3) if whole else math.nan  # noqa: E731
         return {
             "asked": self.asked,
@@ -124,7 +119,6 @@ class Score:
 
 
 def photos(part: str) -> list[Photo]:
-    """One half of the photographs."""
     people: dict[str, list[Person]] = {}
     for row in _rows("people.tsv"):
         boxes = [_box(row, name) for name in ("", "head_", "torso_")]

@@ -115,7 +115,6 @@ def stop_words() -> list[str]:
 
 
 def as_typed(words: str) -> Command | None:
-    """Return the command of typed words."""
     read = understand(words)
     return None if isinstance(read, Refusal) else read
 
@@ -179,7 +178,6 @@ def odd_numbers() -> Iterator[tuple[str, set[str]]]:
 
 
 def as_it_sounds(words: str, may: set[str]) -> set[str]:
-    """Return what a phrase may be where it is heard."""
     number = words.removeprefix("continue ").removesuffix(" meters")
     return {*may, SAME_SOUND[number]} if number in SAME_SOUND else may
 

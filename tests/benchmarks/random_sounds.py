@@ -279,7 +279,6 @@ def visit(number: int, seed: int = 0) -> Visit:
 
 
 def part(number: int) -> list[Visit]:
-    """PART visits."""
     return [visit(one) for one in range(number * PART, (number + 1) * PART)]
 
 

@@ -122,7 +122,6 @@ def _try(console: Console, path: str, body: dict[str, object]) -> None:
 
 
 def recorder_of(console: Console) -> psutil.Process:
-    """The recorder's process."""
     for one in psutil.Process(console.process.pid).children(recursive=True):
         if "--worker=recorder" in one.cmdline():
             return one

@@ -299,7 +299,6 @@ WRITERS: dict[str, Writing] = {"mcap": to_mcap, "log": to_carmen, "npz": npz(lam
 
 
 def messages(change: Callable[[list[Row], np.random.Generator], Iterable[Row]], **options: Any) -> Writing:
-    """Change the list of messages."""
     return lambda drive, folder, rng: write_mcap(folder / "odd.mcap", change(rows_of(drive), rng), **options)
 
 

@@ -72,7 +72,6 @@ class WatchedPilot(Pilot):
     look: Callable[[Snapshot], None] | None = None
 
     def step(self, frame: SensorFrame, **how: Any) -> Snapshot:
-        """Take one frame."""
         snapshot = super().step(frame, **how)
         if self.look is not None:
             self.look(snapshot)
@@ -361,7 +360,6 @@ def kidnap(drive: Drive) -> None:
 
 
 def low_battery(drive: Drive) -> None:
-    """The battery is at 10 %."""
     drive.live.runtime.dispatcher.pilot.battery = 0.1  # type: ignore[union-attr]
 
 

@@ -73,7 +73,6 @@ class Soak:
                         self.notices[plain(notice["text"])] += 1
 
     def order(self) -> None:
-        """One order by one of the ways."""
         chance = self._chance
         how = chance.choice(("typed", "typed", "click", "say", "say", "people", "stop"))
         x, y = chance.uniform(-2.0, 2.0), chance.uniform(-2.0, 2.0)
@@ -171,7 +170,6 @@ def disk(folder: Path) -> dict[str, float]:
 
 
 def reading(running: Console, minute: int) -> dict[str, Any]:
-    """What a minute is judged by."""
     descriptors: Counter[str] = Counter()
     threads: Counter[str] = Counter()
     for name, one in processes(running):

@@ -36,7 +36,6 @@ LEVELS = (0.9, 0.3, 0.1)  # of full scale
 
 
 def spoken(text: str, voice: str, pace: int, level: float) -> Clip:
-    """One STOP."""
     settings = VoiceSettings(speed=pace)
     object.__setattr__(settings, "voice", voice)  # more voices than the console offers
     samples = for_words(speak(text, settings)).samples[:, 0]

@@ -47,7 +47,6 @@ GOAL_MS = 25.0
 
 @contextlib.contextmanager
 def attacking(port: int, viewer: str, kinds: tuple[str, ...]) -> Iterator[None]:
-    """Strangers at work."""
     command = [sys.executable, "-m", "tests.benchmarks.attacker"]
     started = [
         subprocess.Popen(

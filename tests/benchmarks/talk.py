@@ -34,7 +34,6 @@ def engine(name: str) -> ActiveEngine:
 
 
 def listened(files: list[Path], name: str, part: int) -> dict[str, Any]:
-    """The files of one part."""
     ears = Transcriber(SpeechSettings(engine=name), recognizer=engine(name).recognizer)
     told: dict[str, Any] = {"seconds": 0.0, "pieces": 0, "motions": [], "stops": [], "files": 0}
     for n, path in enumerate(files[part * TOGETHER : (part + 1) * TOGETHER]):

@@ -99,7 +99,6 @@ class Stamping:
 
 
 def frames(place: str, legs: tuple[Leg, ...], stamping: Stamping, seed: int) -> Iterator[SensorFrame]:
-    """The frames of a drive."""
     robot = SimulatedRobot(place, seed=seed, settings=SimulationSettings(camera=False))
     for seconds, speed, turn_rate in legs:
         for _ in range(round(seconds * robot.profile.rate)):

@@ -46,7 +46,6 @@ RATIOS = (20, 10, 5)  # [dB] of the voice over the noise
 
 
 def utterance(samples: Array) -> Utterance:
-    """A clip as one utterance."""
     sound = Sound(stamp=0.0, rate=RATE_HZ, samples=samples[:, None])
     return Utterance(sound=sound, begin=0.0, end=sound.duration)
 

@@ -52,7 +52,6 @@ class Running:
 
     @property
     def pid(self) -> int:
-        """Its process."""
         return self._process.pid
 
     def ask(self, path: str, body: dict[str, Any] | None = None, *, method: str | None = None) -> Any:

@@ -51,8 +51,6 @@ PADS = """(() => {
 
 
 class PadHand:
-    """A hand on one gamepad of a page."""
-
     def __init__(
         self, here: Visit, index: int = 0, *, name: str = XBOX, mapping: str = "standard", buttons: int = 17
     ) -> None:
@@ -73,7 +71,6 @@ class PadHand:
         self.do("button", button, False)
 
     def stick(self, forward: float = 0.0, left: float = 0.0) -> None:
-        """Push the left stick."""
         self.do("axis", 1, -forward)
         self.do("axis", 0, -left)
 

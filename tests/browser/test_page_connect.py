@@ -19,8 +19,6 @@ Open = Callable[..., Visit]
 
 
 class Near:
-    """Addresses of the page."""
-
     def __init__(self, live: Live, home: Path, emulator: FoxgloveEmulator) -> None:
         root = f"http://127.0.0.1:{live.port}/connect#t="
         self.driving, self.watching, self.home = root + live.operator, root + live.viewer, home

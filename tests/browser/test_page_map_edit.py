@@ -120,7 +120,6 @@ def test_a_finger_and_the_keys_draw_too(visit: Open, console: Running) -> None:
 
 
 def zipped(grid: OccupancyGrid) -> bytes:
-    """A grid as a map of Nav2."""
     text, picture = nav2_map(grid)
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as box:

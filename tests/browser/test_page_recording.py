@@ -14,8 +14,6 @@ STAMPS = [0.1 * n for n in range(400) if not 100 < n < 140]  # [s]
 
 
 class Cinema:
-    """Where the page is."""
-
     def __init__(self, live: Live) -> None:
         self.live = live
         self.driving = f"http://127.0.0.1:{live.port}/#t={live.operator}"

@@ -12,8 +12,6 @@ Open = Callable[..., Visit]
 
 
 class Door:
-    """Where the page is."""
-
     def __init__(self, live: Live) -> None:
         self.live = live
         self.driving = f"http://127.0.0.1:{live.port}/#t={live.admin}"

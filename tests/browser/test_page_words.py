@@ -219,7 +219,6 @@ def test_a_notice_passes_once_and_changes_and_ends_where_it_stands(visit: Open) 
 
 
 def notice(level: str, text: str, number: int = 900) -> dict[str, object]:
-    """The one that is told of."""
     return {"id": number, "stamp_s": 1.0, "level": level, "text": text}
 
 

@@ -119,7 +119,6 @@ class Visit:
         self.until(lambda: stale.count() == 0, "the page is up to date", 4 * PATIENCE)
 
     def close(self) -> None:
-        """Leave."""
         self._profiles.leave(self.page, *self._kind)
 
     def find(self, what: str) -> Locator:
@@ -127,7 +126,6 @@ class Visit:
         return self.page.locator(what)
 
     def button(self, name: str) -> Locator:
-        """A button by its exact name."""
         return self.page.get_by_role("button", name=name, exact=True)
 
     def go(self, path: str) -> None:

@@ -66,7 +66,6 @@ def p99(quantity: str, times: list[float], bound: float, driver: str = "sim") ->
 
 
 def none_of(quantity: str, count: int, trials: int, unit: str, driver: str = "sim") -> RowFigure:
-    """A count that has to be 0."""
     return RowFigure(quantity, float(count), unit, 0.0, trials, driver)
 
 

@@ -284,7 +284,6 @@ FILE_DAMAGES = ("cut", "flipped", "empty", "garbage")
 
 
 def damage(path: Path, how: str, chance: random.Random) -> None:
-    """Damage a file."""
     whole = path.read_bytes()
     if how == "cut":
         path.write_bytes(whole[: chance.randrange(len(whole)) if whole else 0])

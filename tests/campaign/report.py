@@ -30,7 +30,6 @@ an operator sees, fault by fault.
 
 
 def machine() -> str:
-    """The machine in a line."""
     system = f"{platform.system()} {platform.release().partition('-')[0]}, {platform.machine()}"
     return f"{psutil.cpu_count()} cores, {system}, Python {platform.python_version()}"
 

@@ -138,7 +138,6 @@ def strike(running: Console, fault: Callable[[subprocess.Popen[str]], None]) -> 
 
 
 def moves_from(trace: Path, row: int) -> bool:
-    """Whether a row of the trace moves, from that one on."""
     return any(one.v or one.w for one in read_trace(trace)[row:])
 
 

@@ -41,8 +41,6 @@ class ConsolesOfAll(ThreadingHTTPServer):
 
 
 class ConsoleAnswer(BaseHTTPRequestHandler):
-    """One request."""
-
     server: ConsolesOfAll
 
     def do_GET(self) -> None:

@@ -41,7 +41,6 @@ PEOPLE = {
 
 @cache
 def webcam() -> SimulatedCamera:
-    """One for all pictures."""
     return SimulatedCamera(SMALL, LAB, np.random.default_rng(0))
 
 

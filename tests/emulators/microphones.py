@@ -38,7 +38,6 @@ class MicrophonesEmulator:
         self._port.start()
 
     def stop(self) -> None:
-        """Be unplugged."""
         self._port.stop()
 
     def environment(self) -> dict[str, str]:

@@ -122,7 +122,6 @@ class EmulatedNavigation:
         return self.maker.encode(TF, transforms=[stamped])
 
     def amcl_pose(self, stamp: float) -> bytes:
-        """/amcl_pose."""
         pose = self.maker.make["geometry_msgs/msg/PoseWithCovariance"](
             pose=self._pose(self.pose), covariance=np.zeros(36)
         )

@@ -178,7 +178,6 @@ class RosMessageMaker:
         return self.encode(TF, transforms=stamped)
 
     def description(self, urdf: str) -> bytes:
-        """/robot_description."""
         return self.encode(STRING, data=urdf)
 
     def transform(self, parent: str, child: str, parent_from_child: Transform) -> Any:

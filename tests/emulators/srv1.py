@@ -47,7 +47,6 @@ class Srv1Emulator:
         return self._port
 
     def start(self) -> None:
-        """Switch on."""
         self.failsafe = None
         self._turn(0, 0)
         self._port.start()

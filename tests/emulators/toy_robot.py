@@ -40,7 +40,6 @@ class ToyRobot:
         return self._connected.is_set()
 
     def start(self) -> None:
-        """Switch on."""
         self._over.clear()
         self._connected = threading.Event()
         self._twist = ZERO
@@ -101,8 +100,6 @@ class ToyRobot:
 
 
 class ToyDriver(Device):
-    """The driver."""
-
     def __init__(self, arguments: str = "") -> None:
         host, _, port = arguments.rpartition(":")
         self._address = host, int(port)

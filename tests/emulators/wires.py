@@ -85,7 +85,6 @@ class Port(ABC):
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Be there."""
         self._over.clear()
         self._open()
         self._thread = threading.Thread(target=self._run, name="emulator", daemon=True)
@@ -167,8 +166,6 @@ class SerialPort(Port):
 
 
 class TcpPort(Port):
-    """A port of this computer."""
-
     def __init__(self, serve: Callable[[Wire], None], *, port: int = 0, rate: int = 0) -> None:
         super().__init__(serve, rate=rate)
         self._port = port

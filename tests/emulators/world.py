@@ -65,7 +65,6 @@ class World:
         self._thread.start()
 
     def stop(self) -> None:
-        """End."""
         self._over.set()
         if self._thread is not None:
             self._thread.join(5.0)

@@ -51,7 +51,6 @@ def _table(result: Mapping[str, Any], template: str) -> str:
 
 
 def _spaced(text: str) -> str:
-    """'34%' → '34 %'."""
     return re.sub(r"(?<=\d)%", " %", text)
 
 

@@ -52,7 +52,6 @@ def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 
 
 def page(title: str, intro: str, *parts: str) -> str:
-    """A page."""
     return "\n\n".join((f"# {title}", NOTE, intro, *(part for part in parts if part))) + "\n"
 
 
@@ -84,7 +83,6 @@ def leaves(
 
 
 def section(name: str, summary: str, actions: list[argparse.Action]) -> str:
-    """One subcommand."""
     rows = [(f"`{call_of(action)}`", plain(action.help)) for action in actions]
     body = f"## {name}\n\n{summary[:1].upper() + summary[1:]}."
     return f"{body}\n\n{table(('argument', 'meaning'), rows)}" if rows else body
@@ -171,7 +169,6 @@ def robot_file_page() -> str:
 
 
 def file_table(title: str, kind: type[msgspec.Struct]) -> str:
-    """One table of the robot file."""
     info = cast(msgspec.inspect.StructType, msgspec.inspect.type_info(kind))
     rows = [file_entry(each) for each in info.fields if isinstance(each.type, msgspec.inspect.Metadata)]
     body = table(("entry", "default", "values", "unit", "meaning"), rows)
@@ -362,7 +359,6 @@ def socket_page() -> str:
 
 
 def shape(kind: type[msgspec.Struct]) -> str:
-    """One message."""
     tag = kind.__struct_config__.tag
     title = (
         f'{kind.__name__} · `"{kind.__struct_config__.tag_field}": "{tag}"`'
@@ -381,7 +377,6 @@ def shape(kind: type[msgspec.Struct]) -> str:
 
 
 def commands_page() -> str:
-    """Table 2."""
     rows = [
         (
             f"`{kind.name}`",

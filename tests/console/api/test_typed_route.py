@@ -15,14 +15,10 @@ shapes = router("shapes")
 
 
 class Dot(msgspec.Struct, frozen=True):
-    """A point."""
-
     at_m: tuple[float, float]
 
 
 class Ring(msgspec.Struct, frozen=True):
-    """A circle."""
-
     middle: Dot
     radius_m: float
     name: str | msgspec.UnsetType = msgspec.UNSET
@@ -40,7 +36,6 @@ async def ring(response: Response, radius_m: float = 2.0) -> Ring:
 @shapes.get("/either")
 @needs("viewer")
 async def either(dot: bool) -> Dot | Ring:
-    """One of two."""
     return Dot((0.0, 0.0)) if dot else Ring(Dot((0.0, 0.0)), float("nan"))
 
 

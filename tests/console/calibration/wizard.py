@@ -63,7 +63,6 @@ class Wizard:
 
     @property
     def told(self) -> Any:
-        """The session as it is."""
         return self.live.ask("GET", self.base, token=self.live.operator).json
 
     @property

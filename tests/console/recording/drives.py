@@ -85,7 +85,6 @@ class RecordedPilot:
         return snapshot
 
     def finish(self) -> None:
-        """End the recording."""
         self._send()
         self._recorder.finish(FinishRecording())
 

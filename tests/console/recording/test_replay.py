@@ -121,7 +121,6 @@ LONGER = [
 
 
 def again(path: Path, settings: Settings | None = None) -> tuple[list[Snapshot], Comparer, ComputedNow]:
-    """A recording, computed now."""
     recording = DriveRecording(path)
     recorded = AsRecorded(robot_of(recording).built)
     computed, comparer = ComputedNow(recording, settings or Settings()), Comparer()

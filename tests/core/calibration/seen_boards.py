@@ -21,7 +21,6 @@ def some_poses(count: int, seed: int = 0, how: BoardPlacement | None = None) -> 
 def some_corners(
     count: int, noise: float, seed: int = 0, how: BoardPlacement | None = None
 ) -> tuple[Corners, BundleSolution]:
-    """What is seen, and the truth."""
     rng = np.random.default_rng(seed)
     poses = held(rng, count, TABLE_3, BOARD, how)
     pixels = seen(rng, TABLE_3, poses, BOARD, noise)

@@ -60,7 +60,6 @@ class Stage:
         return spec_of(command.name).begin(command, self.here)
 
     def step(self, action: Action) -> Progress:
-        """One frame."""
         progress = action.drive(self.here)
         if progress.path is not None:
             self.path = progress.path

@@ -22,7 +22,6 @@ def someone(x: float, y: float) -> np.ndarray:
 
 
 def go(stage: Stage, approach: GoalController, aim: GoalAim | None = None) -> GoalStep:
-    """One frame."""
     step = approach.drive(stage.here, aim)
     stage.move(step.twist)
     return step

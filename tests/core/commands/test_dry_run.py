@@ -131,7 +131,6 @@ class Starting:
         """Take a question."""
 
     def answer(self) -> LookAnswer | None:
-        """There is none."""
         return None
 
 

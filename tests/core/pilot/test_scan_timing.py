@@ -23,7 +23,6 @@ ONE = Profile(name="", url="", lasers=(Laser(),))
 
 
 def with_laser(laser: Laser) -> Profile:
-    """A robot with this laser."""
     return replace(ONE, lasers=(laser,))
 
 

@@ -129,7 +129,6 @@ def write_mcap(path: Path, messages, compression=CompressionType.ZSTD, chunk_siz
 
 
 def write_bag(path: Path, messages, compression=None):
-    """Messages → a ROS 1 bag."""
     writer = Ros1Writer(path)
     if compression is not None:
         writer.set_compression(compression)

@@ -14,7 +14,6 @@ def spell(value: float) -> str:
 
 
 def spell_whole(value: int) -> str:
-    """0 to 999 → words."""
     if value >= 100:
         rest = f" {spell_whole(value % 100)}" if value % 100 else ""
         return f"{DIGITS[value // 100]} hundred{rest}"

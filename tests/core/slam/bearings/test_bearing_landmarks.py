@@ -17,7 +17,6 @@ HEARD = math.radians(4)  # sd that the microphones claim, beside the settings' o
 
 
 def heard(step: int, bearing: float) -> BearingSet:
-    """One bearing at 10 Hz."""
     return BearingSet(
         stamp=0.1 * step, eye=Pose(), bearings=np.array([bearing]), sds=np.array([HEARD]), looks=np.zeros(1)
     )
