@@ -3,8 +3,6 @@
 import numpy as np
 
 from core.message import Array
-from core.models import find
-from core.perception.people.engines import MODEL
 
 STANCE = np.array(
     [
@@ -60,7 +58,3 @@ def white_body(width: int, height: int, column: float, top: float, stature: floa
     left, right, bottom = round(column - half), round(column + half), round(top + stature)
     picture[max(round(top), 0) : max(bottom, 0), max(left, 0) : max(right, 0)] = 255
     return picture
-
-
-def weights_are_here() -> bool:
-    return find(MODEL) is not None
