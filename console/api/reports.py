@@ -2,6 +2,7 @@
 
 import asyncio
 import math
+import re
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -29,6 +30,8 @@ reports = router("reports", 404, 409, 503)
 MEDIA_TYPE = "text/html"
 SVG_TYPE = "image/svg+xml"
 MAX_LISTED = 500  # rows of a table
+DAY = len("2026-11-30")
+MINUS = re.compile(r"(?<!\S)-(?=\d)")  # of a number, as it is typed
 STATE_WORDS = {"pre-empted": "replaced"}  # as the page says it
 
 
@@ -44,16 +47,17 @@ async def map_report(maps: SavedMaps) -> Response:
 async def drive_report(maps: SavedMaps, history: HistoryInUse) -> Response:
     """The drive so far: the way on the plan, its length and time, and every command with its end."""
     begun, kept = maps.trajectory.begun, history.newest_first(commands_only=False, limit=MAX_LISTED)
+    listed = [entry for entry in reversed(kept) if entry.what == "command" and entry.wall >= begun]
+    today = {clock(time.time())[:DAY]} >= {clock(entry.wall)[:DAY] for entry in listed}  # the title has the day
     rows = [
         (
-            clock(entry.wall),
-            entry.heard_as or entry.words,
+            clock(entry.wall)[DAY + 1 if today else 0 :],
+            MINUS.sub("−", entry.heard_as or entry.words),
             entry.who,
             STATE_WORDS.get(entry.state, entry.state),
             entry.remark,
         )
-        for entry in reversed(kept)
-        if entry.what == "command" and entry.wall >= begun
+        for entry in listed
     ]
     whole = len(kept) < MAX_LISTED or kept[-1].wall < begun
     return sent(await asyncio.to_thread(lambda: drive_document(maps, rows, whole=whole)), "drive")
@@ -89,6 +93,12 @@ def sent(document: str, name: str) -> Response:
 def clock(seconds: float) -> str:
     """Unix time [s] as day and time of this computer."""
     return time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(seconds))
+
+
+def lasting(seconds: float) -> str:
+    """A time [s] in words: "42 s", "9 min 35 s", "2 h 5 min"."""
+    hours, minutes, rest = round(seconds) // 3600, round(seconds) // 60 % 60, round(seconds) % 60
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s" if minutes else f"{rest} s"
 
 
 def metres(value: float) -> str:
@@ -133,7 +143,7 @@ def drive_document(maps: MapService, commands: list[tuple[str, str, str, str, st
     facts = [
         ("made", clock(time.time())),
         ("length of the way", f"{length:.2f} m"),
-        ("time", f"{stamps[-1] - stamps[0]:.0f} s" if stamps else "0 s"),
+        ("time", lasting(stamps[-1] - stamps[0] if stamps else 0.0)),
         ("commands", str(len(commands)) if whole else f"the newest {len(commands)}"),
     ]
     head = ("time", "command", "by", "end", "remark")
@@ -155,7 +165,7 @@ def experiment_document(run: ExperimentRun, kept: ExperimentRuns) -> str:
         ("runs", str(shown.runs)),
         ("seed", str(shown.seed)),
         ("end", " ".join((shown.state, shown.reason)).strip()),
-        ("took", f"{shown.took_s:.0f} s"),
+        ("took", lasting(shown.took_s)),
     ]
     parts = [table_html(("", ""), facts)]
     if shown.compared:

@@ -191,8 +191,9 @@ class MapService(Part):
 
     @property
     def title(self) -> str:
-        """The line under a printed plan: name, robot, day."""
-        return " · ".join((self._name or "map", self._robot.profile.name, time.strftime("%Y-%m-%d")))
+        """The line under a printed plan: name if it has one, robot, day."""
+        named = (self._name,) if self._name else ()
+        return " · ".join((*named, self._robot.profile.name, time.strftime("%Y-%m-%d")))
 
     # saved maps
 

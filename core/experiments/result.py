@@ -91,10 +91,14 @@ def best_and_worst(rates: Mapping[str, float]) -> tuple[str, str]:
 
 
 def as_text(result: Mapping[str, object]) -> str:
-    """A result for people: its own table where it has one, then every other figure by name."""
-    rest = {name: value for name, value in result.items() if name not in SET_OUT}
+    """A result for people: its own table where it has one, then every other figure by name; rows are in the table."""
+    rest = {name: value for name, value in result.items() if name not in SET_OUT and not _is_table(value)}
     own = [f"{result['text']}\n"] if "text" in result else []
     return "\n".join([*own, *_lines(rest), *_speed(result)])
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, list) and any(isinstance(row, dict) for row in cast(list[object], value))
 
 
 def _speed(result: Mapping[str, Any]) -> list[str]:

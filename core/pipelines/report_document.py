@@ -24,6 +24,8 @@ svg { width: 100%; height: auto; max-height: 80vh; } .faint { color: var(--faint
 text { fill: var(--faint); font: 11px system-ui, sans-serif; } .map { image-rendering: pixelated; }
 img { max-width: 100%; background: #fff; } pre { overflow-x: auto; font: 12px/1.4 ui-monospace, monospace; }
 figure { margin: 16px 0; }
+@media screen and (max-width: 480px) { body { padding: 16px; font-size: 14px; } h1 { font-size: 19px; }
+  td, th { padding-right: 8px; } table { display: block; overflow-x: auto; } }
 @page { margin: 15mm; }
 @media print { :root { color-scheme: light; --ink: #1b1f24; --paper: #fff; --faint: #4a525c; --line: #c9ced4; }
   body { max-width: none; padding: 0; font-size: 10pt; } h2 { break-after: avoid; }

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import time
 import zipfile
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
+from console.api.reports import lasting
 from console.maps.service import MapService
 from console.messages.map import MAX_CLOSURES
 from core.geometry import Pose
@@ -285,5 +287,11 @@ def test_the_report_of_a_drive_lists_the_commands_of_this_drive_alone(
     live.ask("POST", "/api/commands", {"text": "fly to the new moon"}, token=live.operator)
     assert "new moon" in report() and "old moon" not in report()
     assert "<td>1</td>" in report()
+    day = time.strftime("%Y-%m-%d")
+    assert f"<title>Drive: {live.robot.profile.name} · {day}</title>" in report(), "a map without a name has none"
+    assert report().count(day) == 3 and re.search(r"<td>\d\d:\d\d:\d\d</td><td>fly to the new moon", report())
+    live.ask("POST", "/api/commands", {"text": "fly to -1.5"}, token=live.operator)
+    assert "<td>fly to −1.5</td>" in report()
+    assert [lasting(seconds) for seconds in (41.6, 575.2, 7531.0)] == ["42 s", "9 min 35 s", "2 h 5 min"]
     monkeypatch.setattr("console.api.reports.MAX_LISTED", 1)
     assert "<td>the newest 1</td>" in report()

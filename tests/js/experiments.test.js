@@ -46,6 +46,11 @@ test("the chapter's symbols are written as it prints them, other names as they a
   ]);
 });
 
+test("a number and its unit stay in one line of a name", () => {
+  assert.equal(inSymbols("Worst average error; laser to 5.6 m"), "Worst average error; laser to 5.6\u00a0m");
+  assert.equal(inSymbols("40 minutes"), "40 minutes");
+});
+
 test("a figure has as many digits as it deserves and a true minus sign, and nought has none", () => {
   const figures = [
     figure(-7.014, "px"),

@@ -125,8 +125,11 @@ export function costOf({ base_s, run_s }, runs) {
   return seconds > 0 ? t("runs-model.about_inwords_of_one_processor", { inwords: inWords(seconds) }) : "";
 }
 
-/** A name with its symbols as the chapter prints them: f_u → fᵤ. @param {string} name */
-export const inSymbols = (name) => name.replace(/(?<=\b[a-z])_([uv0])\b/g, (_, below) => SUBSCRIPTS[below] ?? below);
+/** A name with its symbols as the chapter prints them, f_u → fᵤ, and no number apart from its unit. @param {string} name */
+export const inSymbols = (name) =>
+  name
+    .replace(/(?<=\b[a-z])_([uv0])\b/g, (_, below) => SUBSCRIPTS[below] ?? below)
+    .replace(/(?<=\d) (?=(?:m|cm|px|dB)\b)/g, "\u00a0");
 
 /** Write what a figure is of in the page's language, its symbols as the chapter prints them. @param {{name: string}} figure */
 function writeName(figure) {

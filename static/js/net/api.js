@@ -135,8 +135,8 @@ export async function history() {
   return rows;
 }
 
-/** Words of a row: shown, and used to repeat the command. @param {HistoryRow} row */
-export const wordsOf = (row) => row.heard_as || row.words || "Speech";
+/** Words of a command: shown, and used to repeat it. @param {Pick<HistoryRow, "heard_as"> & Partial<HistoryRow>} row */
+export const wordsOf = (row) => (row.heard_as || row.words || "Speech").replace(/(?<=^|\s)-(?=\d)/g, "−");
 
 /** Which engine reads words, and the model with which people are understood better. */
 export const recognizer = () => call("api/recognizer");

@@ -1,6 +1,6 @@
 // Element <coach-marks>: first hints, shown once and only on the simulator; each notices when it was followed.
 
-import { icon, isNew, make, write } from "../ui/element.js";
+import { icon, isNew, make, mark, write } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
 import { apart, placed } from "../ui/placement.js";
@@ -21,6 +21,7 @@ import { t } from "../ui/texts.js";
 
 const SEEN = "seen";
 const ENDED = ["done", "cancelled"]; // what was pressed was understood
+const UNDER_WAY = ["driving", "waiting", "paused"]; // of a route
 const EDGE = 12; // [px] from the map's upper edge
 const LEAVES_MS = 6000; // of the last card
 const DESK_PX = 1024; // from which the map has room beside the card
@@ -148,9 +149,12 @@ export class CoachMarks extends Panel {
     const busy =
       state?.pending_command ||
       state?.command?.state === "running" ||
+      UNDER_WAY.includes(state?.route?.state ?? "") ||
       document.querySelector(".flat-mode-bar:not([hidden]), .popover:not([hidden])") ||
       (lists && this.#hints[this.#step]?.opens !== "voices");
-    this.#card.style.visibility = busy || permission.may === "no" ? "hidden" : "";
+    const waits = Boolean(busy) || permission.may === "no";
+    this.#card.style.visibility = waits ? "hidden" : "";
+    mark(document.body, "data-hint-waits", waits);
   }
 
   #remember() {

@@ -83,6 +83,7 @@ class FlatMap extends Panel {
   #fit = tool("whole", t("flat-map.whole_map"), () => this.#look("whole"));
   /** @type {Map<Mode, HTMLButtonElement>} */
   #modes = new Map(MODES.map(([mode, drawing, says]) => [mode, tool(drawing, says, () => this.#switchTo(mode))]));
+  #before = new Set(); // names of the places when the mode began
   #modeSays = make("span.flat-mode-says");
   #modeCount = make("span");
   #zoneDone = make("button.button.primary", { onclick: () => this.#closeZone() }, t("flat-map.done"));
@@ -285,6 +286,7 @@ class FlatMap extends Panel {
   /** @param {Mode | ""} mode that begins; pressed again, it ends */
   #switchTo(mode) {
     this.#mode = this.#mode === mode ? "" : mode;
+    this.#before = new Set(marksOf(this.session).places.map(({ name }) => name));
     const says = MODES.find(([one]) => one === this.#mode)?.[3];
     if (says) write(this.#said, says);
     this.#mark([]);
@@ -442,7 +444,9 @@ class FlatMap extends Panel {
     this.#zoneDone.hidden = this.#zoneBack.hidden = !draws;
     this.#zoneDone.disabled = corners.length < 3;
     this.#zoneBack.disabled = corners.length === 0;
-    write(this.#modeSays, MODES.find(([mode]) => mode === this.#mode)?.[3] ?? "");
+    const named = this.#mode === "name" && marksOf(this.session).places.findLast(({ name }) => !this.#before.has(name));
+    const asks = MODES.find(([mode]) => mode === this.#mode)?.[3] ?? "";
+    write(this.#modeSays, named ? t("flat-map.name_is_named_press_the_next", { name: named.name }) : asks);
     write(this.#modeCount, draws ? t("flat-map.count_corners", { count: corners.length }) : ""); // what is pressed next stays where it is
     mark(this.#modeBar, "data-begun", corners.length > 0);
     write(this.#modeLeave, draws ? t("place-view.cancel") : t("flat-map.done"));

@@ -15,6 +15,7 @@ const WORD_MS = 300; // for each of its words
 const OFFER_STAYS_MS = 20000;
 const MOST = 3;
 const GOES = ["driving", "waiting"]; // a route that does: why it stood is over
+const STANDS = "paused"; // one that does: the status line says why
 const SAID = ["command-status", "banner-stack"]; // where a sentence stands already
 
 class NoticeToasts extends Panel {
@@ -40,8 +41,10 @@ class NoticeToasts extends Panel {
       const halted = cause === "halt" && level === "warning"; // the banner says it for as long as it holds
       // Who took control over knows it, and who lost it has a banner.
       const changed = cause === "lease" && level === "warning" && (mine || lostControl !== null);
-      if (id > this.#newest && !this.#first && !halted && !changed)
-        this.#shown.set(id, this.#raise(level, text, speedsOffer(this.session, { code, values })));
+      const stands = cause === "route" && state.route?.state === STANDS;
+      const fresh = id > this.#newest && !this.#first && !halted && !changed;
+      if (fresh && stands) this.session.announce(text);
+      else if (fresh) this.#shown.set(id, this.#raise(level, text, speedsOffer(this.session, { code, values })));
       else this.#change(id, level, text);
     }
     this.#newest = state.notices.at(-1)?.id ?? -1;

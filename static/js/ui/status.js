@@ -81,7 +81,7 @@ export class StatusLog {
     if (command !== this.#running) this.#since.delete("running");
     this.#running = command;
     if (command) this.#remember(command, now);
-    if (running) this.#order = { id: command, words: running.heard_as, until: now + RESULT_MS };
+    if (running) this.#order = { id: command, words: wordsOf(running), until: now + RESULT_MS };
     else if (!up || (this.#order && now > this.#order.until)) this.#order = null;
     const order = this.#order?.id ?? 0; // keeps its line until its result came
     this.#goes("running", order !== 0, this.#began.get(order) ?? now);

@@ -95,6 +95,11 @@ def test_an_interrupted_campaign_keeps_its_runs_and_goes_on_with_those_that_lack
     assert [row["number"] for row in rows_in(path)[1:]] == list(range(9))
 
 
+def test_a_result_for_people_has_its_rows_in_its_own_table_alone() -> None:
+    told = as_text({"text": "room  edges\nlab     618", "runs": 2, "rooms": [{"room": "lab", "edges": 618}]})
+    assert told.splitlines() == ["room  edges", "lab     618", "", f"{'runs':34}2"]
+
+
 def checksum_of(plan: ExperimentPlan) -> str:
     from core.experiments.campaign import checksum
 
