@@ -259,6 +259,7 @@ class Runtime:
         self._look_for_sleep()
         if not (self.over or self._state_pace.at_rest):  # at rest those of the tick are enough
             self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
+        self.robot.rest(self._state_pace.at_rest and not self.broadcaster.viewers)
         self.snapshot = snapshot
         for part in self.parts:
             part.on_snapshot(snapshot, frame)

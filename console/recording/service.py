@@ -57,6 +57,7 @@ MAX_NAME_BYTES = 235  # of a file's 255, for its endings and a number
 NAME = re.compile(r"[\w][\w .-]*")
 NO_NAME = re.compile(r"^[^\w]|[^\w .-]")  # letters of a file of elsewhere that a name cannot have
 BATCH_PERIOD_S = 0.25  # [s] between two batches for the recorder's process
+RING_PERIOD_S = 1.0  # [s] of the same where only the last minutes are held
 FOXGLOVE_PERIOD_S = 0.05  # [s] of the same where other programs watch live
 IDLE_PERIOD_S = 0.5  # [s] of the same where nothing comes
 BATCH_BUDGET_S, FILE_BUDGET_S = 5.0, 120.0  # [s] of processor time
@@ -189,7 +190,7 @@ class RecordingService(Part):
                 rests = self._running is None and not self._unfinished
                 async with asyncio.timeout(None if rests else IDLE_PERIOD_S):
                     await self._wake.wait()
-            await asyncio.sleep(FOXGLOVE_PERIOD_S if self.foxglove_port else BATCH_PERIOD_S)
+            await asyncio.sleep(self._batch_period)
             self._wake.clear()
             await asyncio.shield(self._send())  # a console that ends meanwhile would end the recorder
             if self._unfinished:
@@ -198,6 +199,13 @@ class RecordingService(Part):
                 await self._after_batch(time.monotonic())
             except OSError as trouble:  # of the folder; what is written is not concerned
                 self._notifications.tell("error", Statement("recording.folder", trouble=reason(trouble)), "recorder")
+
+    @property
+    def _batch_period(self) -> float:
+        """Time [s] over which what comes is gathered: to wake a process costs more than what it gets."""
+        if self.foxglove_port:
+            return FOXGLOVE_PERIOD_S
+        return RING_PERIOD_S if self._running is None else BATCH_PERIOD_S
 
     async def close(self) -> None:
         if self._running is not None:

@@ -25,6 +25,7 @@ from core.robots.ipc_messages import (
     GatePacket,
     LeavePacket,
     OpenRequest,
+    RestPacket,
     RobotAnswer,
     send_control,
 )
@@ -43,6 +44,7 @@ class DriverProcess:
 
     def __init__(self, module: str, opening: OpenRequest) -> None:
         self.ready = False  # the robot is there
+        self._rests = False  # its frames may come less often
         self.stream, their_stream = socket.socketpair()
         self._control, their_control = packet_pair()
         self._gate_end, their_gate_end = packet_pair()
@@ -101,6 +103,11 @@ class DriverProcess:
     def ask(self, ref: int, request: RobotRequest[Any]) -> bool:
         """Send a request → whether it is on its way; the answer comes with `read`."""
         return send_control(self._control, AskPacket(ref, msgspec.Raw(msgspec.json.encode(request))))
+
+    def rest(self, rests: bool) -> None:
+        """Tell it whether its frames may come less often, where that has changed."""
+        if rests != self._rests and send_control(self._control, RestPacket(rests)):
+            self._rests = rests
 
     def end(self, patience: float) -> None:
         """Let it go, by force after `patience` [s]."""

@@ -194,6 +194,11 @@ class RobotSupervisor:
         if self.profile.simulated and self._gate is not None and self._gate.started:
             self._send({"kind": "reach", "stamp": stamp, "part": part})
 
+    def rest(self, rests: bool) -> None:
+        """Let frames come less often: the robot stands, nothing is under way and nobody looks. False: no more."""
+        if (driver := self._driver) is not None and driver.ready:
+            driver.rest(rests)
+
     def stop(self) -> None:
         """Zero at once; a new press may move."""
         self._insist("stop")

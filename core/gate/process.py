@@ -33,6 +33,7 @@ from core.gate.trace import TraceWriter, open_trace
 from core.gate.twist import ZERO
 
 FAREWELL_S = 2.0  # of zeros when the console is gone
+REST_TICKS = round(2.0 / TICK_S)  # of standing, after which zeros go out with every second tick only
 PARENT_CHECK_S = 1.0  # between looks whether the console still is this process's parent
 FIRST_NONCE = 2**50  # a random number below it, so that no nonce of an earlier gate is ever valid again
 
@@ -57,7 +58,7 @@ class GateLoop:
         self._ends_at: float | None = None
         self._sent_twist = ZERO
         self._sent_status: GateStatus | None = None
-        self._ticks = 0
+        self._ticks = self._busy_tick = 0  # ticks until now; until a setpoint came or something moved
         self._kept = False  # whether the latch was set by this process
         self._latched = 0  # number of the newest halt that is on disk
         self._selector = selectors.DefaultSelector()
@@ -98,6 +99,10 @@ class GateLoop:
         """Real time [s] at which a tick is due for the setpoint's sake; a simulated clock stands between ticks."""
         return self._gate.expires if self._simulated is None else math.inf
 
+    @property
+    def _rests(self) -> bool:
+        return self._ticks - self._busy_tick > REST_TICKS
+
     def _look_for_sleep(self) -> None:
         if self._sleep.woke():
             self._gate.wake(self._now)
@@ -105,9 +110,11 @@ class GateLoop:
             self._tell_console(always=True)
 
     def _tick(self, now: float) -> None:
-        self._gate.tick(now)
-        self._tell_driver()
         self._ticks += 1
+        if self._gate.tick(now).moves:
+            self._busy_tick = self._ticks
+        if not self._rests or self._ticks % 2 == 0:
+            self._tell_driver()
         self._tell_console(always=self._ticks % 2 == 0)
 
     def _hear_console(self) -> None:
@@ -146,6 +153,7 @@ class GateLoop:
     def _answer(self, request: requests.GateRequest, now: float) -> None:
         match request:
             case Setpoint():
+                self._busy_tick = self._ticks
                 self._gate.accept(request, now)
             case requests.GateHeartbeat() | requests.GateReach():
                 self._hear_sign(request, now)
@@ -209,7 +217,7 @@ class GateLoop:
         twist = self._sent_twist = self._gate.twist
         packet: dict[str, object] = {"v": twist.v, "w": twist.w, "nonce": self._gate.nonce}
         if self._simulated is not None and (until := self._simulated.until) is not None:
-            packet["until"] = until
+            packet["until"] = until + (TICK_S if self._rests else 0.0)  # which is then said half as often
         send_packet(self._driver, packet)
 
     def _tell_console(self, *, always: bool) -> None:

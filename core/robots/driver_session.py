@@ -11,7 +11,7 @@ from core.gate.packets import packet_pair, send_packet, take_packets
 from core.gate.twist import ZERO, Twist
 from core.robots import Robot
 from core.robots.frame_sender import FrameReceiver, FrameSender
-from core.robots.ipc_messages import LeavePacket, send_control
+from core.robots.ipc_messages import LeavePacket, RestPacket, send_control
 from core.robots.process import DriverLoop
 from core.sensors import SensorFrame
 
@@ -67,6 +67,10 @@ class DriverSession:
                     return read
             now = time.monotonic()
         return read
+
+    def rest(self, rests: bool) -> None:
+        """Let frames come less often while the robot stands; or no more."""
+        send_control(self._control, RestPacket(rests))
 
     def drain(self) -> None:
         """Forget the frames that wait."""

@@ -14,7 +14,8 @@ from core.sensors.microphones import joined
 
 LENGTH = struct.Struct("<Q")
 LONGEST_SOUND = 3.0  # [s] that may wait unsent
-MIN_STANDING_RATE_HZ = 16.0  # of frames that are often enough while the robot stands
+MIN_STANDING_RATE_HZ = 16.0  # of frames that are often enough while the robot stands …
+RESTING_RATE_HZ = 10.0  # … and while nobody looks, either
 MAX_WAITING_ANSWERS = 64  # that may wait; more are dropped
 
 
@@ -47,17 +48,19 @@ class FrameSender:
         self._end = end
         self._answers: deque[Any] = deque(maxlen=MAX_WAITING_ANSWERS)
         self._frame: SensorFrame | None = None
-        self._waits = False  # the frame goes with the next
+        self._merged = 0  # frames that it is made of
+        self._waits = False  # it goes with the next
         self._wake = threading.Condition()
         self._over = False
         self.gone = False  # nothing is sent any more: the other end does not listen, or the thread has failed
         self._thread = threading.Thread(target=self._run, name="frame-sender", daemon=True)
         self._thread.start()
 
-    def put_frame(self, frame: SensorFrame, *, may_wait: bool = False) -> None:
-        """Send this frame as soon as the pipe takes it; one that `may_wait` goes with the next."""
+    def put_frame(self, frame: SensorFrame, *, may_wait_for: int = 0) -> None:
+        """Send this frame as soon as the pipe takes it, or as one with so many that come after it, at most."""
         with self._wake:
-            self._waits = may_wait and self._frame is None
+            self._merged = 1 if self._frame is None else self._merged + 1
+            self._waits = self._merged <= may_wait_for
             self._frame = frame if self._frame is None else merged(self._frame, frame)
             if not self._waits:
                 self._wake.notify()

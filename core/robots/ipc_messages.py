@@ -74,11 +74,17 @@ class GatePacket(ControlPacket, frozen=True, tag="gate"):
     """Another gate: the pipe to it comes with this packet."""
 
 
+class RestPacket(ControlPacket, frozen=True, tag="rest"):
+    """Nothing is under way and nobody looks, so that frames may come less often; or so no more."""
+
+    rests: bool
+
+
 class LeavePacket(ControlPacket, frozen=True, tag="leave"):
     """Stop the robot and end."""
 
 
-AnyControlPacket = AskPacket | GatePacket | LeavePacket
+AnyControlPacket = AskPacket | GatePacket | RestPacket | LeavePacket
 
 
 def send_control(end: socket.socket, packet: ControlPacket) -> bool:

@@ -32,13 +32,14 @@ from core.gate.scheduling import stand_back
 from core.heap import give_back
 from core.robots import Robot
 from core.robots.connect import connect
-from core.robots.frame_sender import FrameSender, resting_rate
+from core.robots.frame_sender import RESTING_RATE_HZ, FrameSender, resting_rate
 from core.robots.ipc_messages import (
     AskPacket,
     DriverHello,
     DriverTrouble,
     LeavePacket,
     OpenRequest,
+    RestPacket,
     RobotAnswer,
     read_control,
 )
@@ -50,6 +51,7 @@ from core.sentences import plain
 
 TWIST_TIMEOUT_S = 0.3  # watchdog over the gate: without a twist for so long the base is stopped
 MAX_SLOWDOWN_FACTOR = 40.0  # by which a simulated robot lives slower while gate or console do not come to their work
+REST_AHEAD_S = 0.05  # that a simulated robot may live on further while nothing is under way
 MAX_BEHIND_S = 0.1  # that may be caught up; more is given up, and said when it goes on
 PREDECESSOR_TIMEOUT_S = 6.0  # that the driver of a killed console may still live: its gate says zero for a while
 PACE_WINDOW = 10.0  # [s] over which the pace is measured
@@ -69,6 +71,8 @@ class DriverLoop:
         self._pace = DriverPace(1 / self._profile.rate)
         self._stamp, self._stepped = 0.0, 0.0  # [s] of the newest frame by the robot's clock, and in real time
         self._until = math.inf  # [s] by the robot's clock to which a simulated one may go on
+        self._rests = False  # the console has said that frames may come less often
+        self._sleeps = False  # a simulated robot leaves out a turn: the frame of it comes with the next
         self._over = False
         self._parent = os.getppid()
         self._selector = selectors.DefaultSelector()
@@ -93,8 +97,8 @@ class DriverLoop:
     def _due(self) -> float:
         """Real time [s] of the next frame: a simulated robot waits for a gate and a console that are behind."""
         period = 1 / self._profile.rate
-        if self._stamp + period <= self._until:
-            return self._pace.due
+        if self._stamp + period <= self._until + (REST_AHEAD_S if self._rests and not self._twist.moves else 0.0):
+            return self._pace.due + (period if self._sleeps else 0.0)
         return max(self._pace.due, self._stepped + MAX_SLOWDOWN_FACTOR * period)
 
     def _step(self) -> None:
@@ -104,25 +108,35 @@ class DriverLoop:
         nonce = self._nonce
         frame = replace(self._robot.read(), sensed=time.monotonic())
         self._stamp, self._stepped = frame.stamp, frame.sensed
+        may_wait_for = self._may_wait_for(frame)
+        self._sleeps = may_wait_for > 0 and self._rests and self._profile.simulated and not self._sleeps
         self._tell_gate(frame)
         self._pace.step(time.monotonic())
         frame = replace(recordable(frame), nonce=nonce, pace=self._pace.share)
-        self._frame_sender.put_frame(frame, may_wait=self._may_wait(frame))
+        self._frame_sender.put_frame(frame, may_wait_for=may_wait_for)
         if self._frame_sender.gone or os.getppid() != self._parent:
             self._has_console = False
         self._over = self._over or not (self._has_gate or self._has_console)
 
-    def _may_wait(self, frame: SensorFrame) -> bool:
-        """True while the robot stands, if its frames are fast enough for two to go as one and nothing was seen."""
-        if frame.scan is not None or frame.image is not None or frame.contact:
-            return False
+    def _may_wait_for(self, frame: SensorFrame) -> int:
+        """How many frames more may go as one with this: none, unless the robot stands and nothing new was seen.
+
+        Nor if frames are so slow already. A picture may wait where nobody looks, if the next comes later than that.
+        """
+        rate = self._profile.rate
         stands = frame.wheels is not None and not (frame.wheels.moves or self._twist.moves)
-        return stands and self._profile.drives and resting_rate(self._profile.rate) < self._profile.rate
+        if frame.scan is not None or frame.contact or not (stands and self._profile.drives):
+            return 0
+        rates = [camera.rate or rate for camera in self._profile.cameras]
+        if frame.image is not None and not (self._rests and sum(rates) <= RESTING_RATE_HZ):
+            return 0
+        least = RESTING_RATE_HZ if self._rests else resting_rate(rate)
+        return max(int(rate / least) - 1, 0)
 
     def _tell_gate(self, frame: SensorFrame) -> None:
         packet: dict[str, object] = {"contact": bool(frame.contact), "trouble": bool(frame.trouble)}
         if self._profile.simulated:
-            packet["stamp"] = frame.stamp
+            packet["stamp"] = frame.stamp + (1 / self._profile.rate if self._sleeps else 0.0)
         near = self._near_field.see(frame, moving=self._twist.moves)
         if near is not None:
             packet |= near._asdict()
@@ -148,6 +162,7 @@ class DriverLoop:
 
     def _drive(self, twist: Twist, now: float) -> None:
         self._twist, self._twist_at = twist, now
+        self._sleeps = self._sleeps and not twist.moves
         self._robot.drive(twist)
 
     def _hear_console(self) -> None:
@@ -166,6 +181,8 @@ class DriverLoop:
         match read_control(raw):
             case LeavePacket():
                 self._over = True
+            case RestPacket(rests):
+                self._rests = rests
             case AskPacket(ref, request):
                 self._frame_sender.put(RobotAnswer(ref, self._answer(bytes(request))))
             case _:

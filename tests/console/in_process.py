@@ -132,6 +132,8 @@ class InProcessRobot:
 
     def reach(self, stamp: float | None, part: ReachingPart = "pilot") -> None: ...
 
+    def rest(self, rests: bool) -> None: ...
+
     def status(self) -> GateStatus:
         with self._lock:
             return self.gate.status()

@@ -90,6 +90,21 @@ def test_without_a_pilot_the_gate_hears_no_heartbeat(tmp_path: Path, monkeypatch
         assert len(beats) == before
 
 
+def test_frames_come_less_often_while_the_robot_stands_and_nobody_looks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Live(tmp_path) as live:
+        told = [True]
+        monkeypatch.setattr(live.robot, "rest", told.append)
+        live.until(lambda: not told[-1])  # it looks around
+        live.until(lambda: told[-1])
+        with live.open(token=live.viewer):
+            live.until(lambda: not told[-1])
+        live.until(lambda: told[-1])
+        live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator)
+        live.until(lambda: not told[-1])
+
+
 class Slow(Pilot):
     """The real pilot, until it is caught in a step."""
 

@@ -186,6 +186,27 @@ def test_to_stand_is_told_to_the_driver_between_ticks(still: Still, kind: str) -
     assert take_packets(still.ours)[0][-1]["v"] == 0.0
 
 
+def test_at_rest_zeros_go_out_with_every_second_tick_until_a_setpoint_comes_and_what_stops_is_told_at_once(
+    still: Still,
+) -> None:
+    def told(ticks: int) -> int:
+        for _ in range(ticks):
+            still.loop._tick(time.monotonic())  # pyright: ignore[reportPrivateUsage]
+        return len(take_packets(still.body)[0])
+
+    assert told(10) == 10
+    send_packet(still.ours, {"kind": "stop"})
+    still.hear()
+    take_packets(still.body)
+    assert [told(30), told(60)] == [30, 60]  # for nearly two seconds
+    told(20)
+    assert told(50) == 25
+    order = {"epoch": 1, "seq": 2, "source": "goal", "press": 2, "v": 0.2, "w": 0.0}
+    send_packet(still.ours, {"kind": "set", "nonce": 0, **order})  # it need not be obeyed
+    still.hear()
+    assert told(50) == 50
+
+
 def test_a_console_that_is_gone_is_answered_between_ticks(still: Still) -> None:
     still.ours.close()
     still.hear()

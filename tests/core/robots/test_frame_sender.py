@@ -111,13 +111,13 @@ def test_a_frame_that_may_wait_goes_with_the_next_and_an_answer_does_not_wait_fo
     with here, there:
         frame_sender, inbox = FrameSender(here), FrameReceiver()
         there.settimeout(5.0)
-        frame_sender.put_frame(frame(1.0, scan=SCAN), may_wait=True)
+        frame_sender.put_frame(frame(1.0, scan=SCAN), may_wait_for=1)
         frame_sender.put(RobotAnswer(1, {}))
         assert inbox.feed(there.recv(1 << 20)) == [RobotAnswer(1, {})]
-        frame_sender.put_frame(frame(2.0), may_wait=True)
+        frame_sender.put_frame(frame(2.0), may_wait_for=1)
         (both,) = inbox.feed(there.recv(1 << 20))
         assert both.stamp == 2.0 and both.scan is not None
-        frame_sender.put_frame(frame(3.0), may_wait=True)
+        frame_sender.put_frame(frame(3.0), may_wait_for=1)
         frame_sender.close()
         (last,) = inbox.feed(there.recv(1 << 20))
         assert last.stamp == 3.0
@@ -142,3 +142,20 @@ def test_a_standing_robots_frames_go_two_as_one_but_for_what_it_sees_and_a_movin
 
     assert len(rest) > 5 and not alone(rest)
     assert alone(on_the_move)
+
+
+def test_while_nobody_looks_a_standing_robots_frames_are_as_many_as_its_scans_and_nothing_seen_is_lost() -> None:
+    session = DriverSession(connect("sim:lab"))
+    try:
+        session.rest(True)
+        session.drain()
+        rest = session.frames(3.0)[1:]
+        on_the_move = session.frames(1.0, Twist(0.0, 0.5))[5:]
+    finally:
+        session.close()
+    period = 1 / session.profile.rate
+    passed = rest[-1].stamp - rest[0].stamp
+    assert passed / (len(rest) - 1) > 3.5 * period
+    seen = sum(frame.scan is not None for frame in rest), sum(frame.image is not None for frame in rest)
+    assert min(seen) > 0.8 * 10.0 * passed  # of ten a second; a busy computer leaves some out
+    assert any(two.stamp - one.stamp < 1.5 * period for one, two in pairwise(on_the_move))
