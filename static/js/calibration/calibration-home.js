@@ -61,7 +61,7 @@ class CalibrationHome extends WizardStep {
     id: "camera-file",
     accept: ".json,.yaml,.yml,.txt,.xml,.urdf,.sh",
   });
-  #foot = make("p.row.home-foot", { hidden: true });
+  #foot = make("p.card.row.home-foot", { hidden: true });
 
   /** @override */
   build() {

@@ -76,10 +76,27 @@ async function read(file) {
       const at = picture.getAttribute(name);
       if (at) picture.setAttribute(name, new URL(at, url).href);
     }
-  if (file === CONTENTS)
+  if (file === CONTENTS) {
     main.querySelector("h1")?.remove(); // the page's own title says it
-  else lowerHeadings(main);
+    layInCards(main);
+  } else lowerHeadings(main);
   return [...main.childNodes].map((node) => document.adoptNode(node));
+}
+
+/** Every heading with what follows it on a card, and below a link what is said of it. @param {Element} main */
+function layInCards(main) {
+  const cards = make("div.help-cards");
+  for (const part of [...main.children]) {
+    if (part.localName === "h2") cards.append(make("section.card.help-card"));
+    cards.lastElementChild?.append(part);
+  }
+  main.append(cards);
+  for (const link of cards.querySelectorAll("li > a:first-child")) {
+    const says = make("span.note");
+    while (link.nextSibling) says.append(link.nextSibling);
+    if (says.firstChild) says.firstChild.textContent = (says.firstChild.textContent ?? "").replace(/^:?\s+/, "");
+    link.append(says);
+  }
 }
 
 /** @param {Element} main whose headings stand below the page's own one */
