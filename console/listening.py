@@ -86,9 +86,9 @@ def operator_key(options: Options, access: Access, now: float) -> str:
     """
     if options.token_file is None:
         token = new_token()
-        access.logins.supersede("file")
+        access.logins.supersede_file_keys()
         access.logins.admit(token, "operator", "admin", "start", now, end=now + LINK_LIFE)
         return token
     token = read_token(options.token_file)
-    access.logins.supersede("file", access.logins.admit(token, "operator", "operator", "file", now))
+    access.logins.supersede_file_keys(access.logins.admit(token, "operator", "operator", "file", now))
     return token

@@ -160,7 +160,7 @@ class Runtime:
             return
         self.over = True
         self.dispatcher.close()
-        self.sockets.close_all(1012, "The console is ending.")
+        self.sockets.close_all("The console is ending.")
         if self._opening:
             self.keep(asyncio.to_thread(self.robot.close))
 

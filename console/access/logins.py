@@ -73,9 +73,9 @@ class Logins:
         self._make(Change(keys=(key,), over=frozenset(old.digest for old in eldest)))
         return key
 
-    def supersede(self, kind: KeyKind, keep: KeyRecord | None = None) -> None:
-        """Revoke the keys of a kind, or all of them but one, with the logins they opened."""
-        others = (key.digest for key in self._records.keys.values() if key.kind == kind and key != keep)
+    def supersede_file_keys(self, keep: KeyRecord | None = None) -> None:
+        """Revoke the keys of token files, or all of them but one, with the logins they opened."""
+        others = (key.digest for key in self._records.keys.values() if key.kind == "file" and key != keep)
         if revoked := frozenset(others):
             self._make(Change(revoked=revoked))
 

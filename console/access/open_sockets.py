@@ -8,6 +8,7 @@ from console.access.logins import Person
 MAX_SOCKETS = 200
 MOST_OF_ONE = 64  # of one person
 RESERVED_SOCKETS = 16  # of all, for those who may drive
+SERVICE_RESTART = 1012  # close code of RFC 6455: come again
 
 Close = Callable[[int, str], None]
 
@@ -50,9 +51,9 @@ class OpenSockets:
         """How many people have sockets open, however many each has."""
         return len({person.id for person, _ in self._open.values()})
 
-    def close_all(self, code: int, reason: str) -> None:
+    def close_all(self, reason: str) -> None:
         for _, close in list(self._open.values()):
-            close(code, reason)
+            close(SERVICE_RESTART, reason)
 
     def __len__(self) -> int:
         return len(self._open)

@@ -23,7 +23,7 @@ from core.files import replacing, saving
 SPEECH, SOURCE = "speech.txt", "source.txt"
 MAX_WORDS_AGE_S = 2.0  # after which words that were written are those of another situation
 MAX_SENTENCE_BYTES = 2000  # bytes of a sentence
-WIDEST = math.radians(45)  # of a direction's standard deviation
+MAX_DIRECTION_SD_RAD = math.radians(45)  # of a direction's standard deviation
 UNTOLD_SD = math.radians(10)  # of a direction that comes without one
 LEAST_SD = 0.1  # [degrees] that are written
 RENEWAL_S = 1.0  # between two signs of life: *follow wall* and *follow me* end without them
@@ -88,10 +88,10 @@ class TextFileReader:
             azimuth, sd = [math.radians(float(word)) for word in words] + [UNTOLD_SD] * (len(words) == 1)
         except ValueError:
             azimuth = sd = math.nan
-        if not (abs(azimuth) <= math.tau and 0.0 < sd <= WIDEST):
+        if not (abs(azimuth) <= math.tau and 0.0 < sd <= MAX_DIRECTION_SD_RAD):
             raise BadInput(
                 f"{SOURCE} must hold one direction in degrees from the robot's front, left positive, and, if known,"
-                f" its standard deviation of at most {math.degrees(WIDEST):.0f}."
+                f" its standard deviation of at most {math.degrees(MAX_DIRECTION_SD_RAD):.0f}."
             )
         return TextFileSource(math.remainder(azimuth, math.tau), sd, max(age, 0.0))
 
@@ -158,7 +158,7 @@ class TextFileWriter:
         """Write words and from where they came; without a direction of use, none is left. Raises Unwritable."""
         with saving(f"{SPEECH} could not be written"):
             self._folder.stat()  # a folder that is gone is not created again
-            if source is None or source.sd > WIDEST:
+            if source is None or source.sd > MAX_DIRECTION_SD_RAD:
                 (self._folder / SOURCE).unlink(missing_ok=True)
             else:
                 sd = max(math.degrees(source.sd), LEAST_SD)

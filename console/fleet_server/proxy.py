@@ -20,7 +20,7 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from console.access.guard import SAFE_METHODS, refuse
 from console.access.logins import Person
-from console.access.open_sockets import TooMany
+from console.access.open_sockets import SERVICE_RESTART, TooMany
 from console.access.roles import needs
 from console.control.durable_answers import URGENT
 from console.fleet.bus import FleetKeyAnswer, trusting
@@ -271,7 +271,7 @@ async def _joined(
         async for message in there:
             kind = "text" if isinstance(message, str) else "bytes"
             await send({"type": "websocket.send", kind: message})
-        return there.close_code or 1012, there.close_reason or ""
+        return there.close_code or SERVICE_RESTART, there.close_reason or ""
 
     ways = [asyncio.ensure_future(up()), asyncio.ensure_future(down())]
     try:
@@ -279,7 +279,7 @@ async def _joined(
         try:
             return done.pop().result()
         except (websockets.ConnectionClosed, OSError, RuntimeError):
-            return there.close_code or 1012, there.close_reason or ""
+            return there.close_code or SERVICE_RESTART, there.close_reason or ""
     finally:
         for way in ways:
             way.cancel()

@@ -123,7 +123,7 @@ class FleetRuntime:
     def shut_down(self) -> None:
         if not self.over:
             self.over = True
-            self.sockets.close_all(1012, "The fleet is ending.")
+            self.sockets.close_all("The fleet is ending.")
 
     def shut_down_soon(self) -> None:
         """From a signal handler or any thread."""

@@ -184,8 +184,8 @@ class MoveAgreementState(Struct):
     """Moves of the robot by its wheels over those by its scans, as far as it has moved."""
 
     laser: str
-    turns: int  # moves that show a turn …
-    ways: int  # … and a way
+    turns: int  # moves that show a turn
+    ways: int  # moves that show a way
     turn_scale: float | None  # the wheels' turn over the scans'; less than 0: mirrored; null: too few show it
     turn_scale_sd: float | None
     way_scale: float | None

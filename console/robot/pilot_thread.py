@@ -19,8 +19,8 @@ from core.snapshot import Snapshot
 log = logging.getLogger(__name__)
 
 FRAME_WAIT_S = 0.1  # to wait for a frame before looking whether it is over
-HUNG_S = 2.0  # without a turn after which the pilot hangs; the gate has the base stand long before …
-HUNG_SIMULATED_S = 20.0  # … or the time of a simulated robot stands meanwhile
+HUNG_S = 2.0  # without a turn after which the pilot hangs; the gate has the base stand long before
+HUNG_SIMULATED_S = 20.0  # the same of a simulated robot, whose time stands meanwhile
 MAX_REMEMBERED_STEPS = 400  # steps, ten seconds of them
 NEWEST_STEPS = 8  # steps; at 40 Hz at least one of them has a scan
 PILOTS_MATHEMATICS = ("linalg", "optimize", "sparse.csgraph", "sparse.linalg", "spatial", "special")  # of scipy

@@ -16,7 +16,7 @@ from core.commands.stop_at import STOP_AT
 from core.errors import BeckonError
 from core.speech.understanding.grammar import command_of
 
-LEVEL = -1e-6  # a ray must at least lean downwards
+LEVEL_SLOPE = -1e-6  # a ray must at least lean downwards
 CAMERA_AT, CAMERA_LOOKS = (-2.0, 0.0, 3.6), (0.55, 0.0, 0.0)  # [m]: down at about 55 degrees
 
 Vector = tuple[float, float, float]
@@ -63,7 +63,7 @@ class ClickToGo:
 
 def floor_point(origin: Vector, direction: Vector) -> tuple[float, float] | None:
     """Return the point where a ray meets the floor [m], or None when it does not."""
-    if not all(math.isfinite(value) for value in (*origin, *direction)) or direction[2] > LEVEL:
+    if not all(math.isfinite(value) for value in (*origin, *direction)) or direction[2] > LEVEL_SLOPE:
         return None
     reach = -origin[2] / direction[2]
     return origin[0] + reach * direction[0], origin[1] + reach * direction[1]

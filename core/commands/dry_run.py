@@ -20,8 +20,8 @@ from core.perception.people.voice_bearing import VoiceBearing, from_side
 
 QUESTION_PERIOD_S = 0.18  # between two questions: five a second are enough
 MAX_ANSWER_S = 2.0  # after which an answer is expected no more
-MAX_HIDDEN_S = 1.0  # without a sight after which the person is hidden …
-FORGET_PERSON_S = 3.0  # … and after which anybody who calls is looked for again
+MAX_HIDDEN_S = 1.0  # without a sight after which the person is hidden
+FORGET_PERSON_S = 3.0  # without a sight after which anybody who calls is looked for again
 LOOK_FOR = 15.0  # [s] until it gives up
 MAX_START_S = 60.0  # that a worker with networks may take to start
 SHOW_FOUND_S = 15.0  # for which COME HERE shows whom it found

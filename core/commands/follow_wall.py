@@ -49,9 +49,9 @@ class FollowingWall:
     """A wall under way: first to it, then along it."""
 
     LOOK_EVERY = 0.1  # [s]: a turn of the laser
-    BACK = 0.12  # [m] that it backs up when something holds it …
+    BACK_UP_M = 0.12  # [m] that it backs up when something holds it
     BACK_SPEED = 0.05  # [m/s]
-    TRIES = 3  # … so often without getting on in between
+    MAX_TRIES = 3  # times that it backs up without getting on in between
 
     def __init__(self, distance: float, ctx: ControlContext) -> None:
         """`distance` [m]. Raises Refused."""
@@ -146,9 +146,9 @@ class FollowingWall:
     def _held(self, ctx: ControlContext, gone: float) -> Progress:
         self._tries = self._tries + 1 if gone - self._tried_at < 1.0 else 1
         self._tried_at = gone
-        if self._tries > self.TRIES:
+        if self._tries > self.MAX_TRIES:
             return Progress(finished="failed", remark=why_no_headway(ctx.scan_points, ctx.body.radius))
-        self._back_until = ctx.stamp + self.BACK / self.BACK_SPEED
+        self._back_until = ctx.stamp + self.BACK_UP_M / self.BACK_SPEED
         words = why_no_headway(ctx.scan_points, ctx.body.radius, back_up=True)
         return Progress(twist=Twist(-self.BACK_SPEED, 0.0), remark=words)
 

@@ -10,8 +10,8 @@ from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.tracking import PersonTrack
 from core.sentences import Statement
 
-MAX_PICTURE_GAP_S = 0.5  # without a picture, after which the robot stands …
-MAX_BLIND_S = 1.0  # … and after which nobody is followed any more
+MAX_PICTURE_GAP_S = 0.5  # without a picture, after which the robot stands
+MAX_BLIND_S = 1.0  # without a picture, after which nobody is followed any more
 MAX_RECTANGLE_AGE_S = 1.5  # for which a picture that showed more than legs counts
 PASSING_BERTH_M = 0.35  # from the body to the middle of who walks by, within which the robot stands
 ONLY_LEGS = Statement("come.only_legs")

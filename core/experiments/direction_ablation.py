@@ -79,21 +79,21 @@ def ours_while_heard(
     return DirectionEstimate(azimuth=azimuth)
 
 
-def ablated(settings: DirectionFindingSettings) -> dict[str, Estimator]:
+def ablated() -> dict[str, Estimator]:
     """Ours, and ours without one of its differences from the print each."""
     return {
-        "beckon": partial(ours, settings=settings),
-        "without_mask": partial(ours_without_mask, settings=settings),
-        "phases_alone": partial(ours, settings=replace(settings, whitening=1.0)),
-        "any_misfit": partial(ours, settings=replace(settings, declared_misfit=math.inf)),
-        "last_report": partial(ours_while_heard, settings=settings, tracked=False),
-        "tracked": partial(ours_while_heard, settings=settings, tracked=True),
+        "beckon": partial(ours, settings=DEFAULT),
+        "without_mask": partial(ours_without_mask, settings=DEFAULT),
+        "phases_alone": partial(ours, settings=replace(DEFAULT, whitening=1.0)),
+        "any_misfit": partial(ours, settings=replace(DEFAULT, declared_misfit=math.inf)),
+        "last_report": partial(ours_while_heard, settings=DEFAULT, tracked=False),
+        "tracked": partial(ours_while_heard, settings=DEFAULT, tracked=True),
     }
 
 
 def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
     """Plan `runs` utterances (240) in made-up rooms."""
-    work = partial(in_room, seed, estimators=ablated(DEFAULT))
+    work = partial(in_room, seed, estimators=ablated())
     return ExperimentPlan((RunBatch(work, scenes_for(runs or ABOUT.runs), RoomTrials),), partial(_result, seed))
 
 

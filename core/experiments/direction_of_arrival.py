@@ -29,7 +29,7 @@ REVERBERATION_TIMES_S = (0.0, 0.2, 0.3, 0.6)
 NOISES = (("diffuse", 20.0), ("diffuse", 10.0), ("diffuse", 0.0), ("fan", 10.0), ("fan", 0.0))  # [dB]
 SPEECH_S = 2.0  # of every utterance
 FIRST_REPORT_S = 0.35  # of speech after which the robot reports a direction
-WRONG = math.radians(10)  # beyond, a direction misleads
+MISLEADING_RAD = math.radians(10)  # beyond, a direction misleads
 LOST = math.pi / 2  # [rad] the mean error of a guess; counted where nothing was found
 DEFAULT = DirectionFindingSettings()
 
@@ -199,13 +199,13 @@ def figures(some: Sequence[DirectionTrial]) -> DirectionFigures:
         "utterances": len(some),
         "median_deg": float(np.median(errors)),
         "p95_deg": float(np.percentile(errors, 95)),
-        "beyond_10_deg": float(np.mean(errors > math.degrees(WRONG))),
+        "beyond_10_deg": float(np.mean(errors > math.degrees(MISLEADING_RAD))),
         "real_time_factor": float(np.median([one.took for one in some])),
     }
     declared = [(one.error, one.sd) for one in some if one.declared and one.sd is not None]
     if declared:
         ratio = np.array([error / sd for error, sd in declared])
-        wrong = np.mean([error > WRONG for error, _ in declared])
+        wrong = np.mean([error > MISLEADING_RAD for error, _ in declared])
         result.update(
             {
                 "declared": len(declared) / len(some),

@@ -54,12 +54,12 @@ class DriveSetup(TypedDict):
     wheelbase_m: float
     speed_sd_m_s: float
     steer_sd_deg: float
-    data: NotRequired[str | None]  # of drawn ones: the file of the draws …
-    field: NotRequired[str]  # … what is seen of the room …
+    data: NotRequired[str | None]  # of drawn ones: the file of the draws
+    field: NotRequired[str]  # of drawn ones: what is seen of the room
     range_sd_m: NotRequired[float]
     bearing_sd_deg: NotRequired[float]
-    place: NotRequired[str]  # through the sensors: the simulated place …
-    laser_noise: NotRequired[str]  # … and its laser
+    place: NotRequired[str]  # through the sensors: the simulated place
+    laser_noise: NotRequired[str]  # through the sensors: that of the simulated laser
 
 
 @dataclass(frozen=True)

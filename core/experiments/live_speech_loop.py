@@ -30,14 +30,14 @@ Air = Callable[[Array], Array]
 class LiveSpeechLoop:
     """One text and the sound of it."""
 
-    def __init__(self, text: str = "", *, seed: int = 0, speech: SpeechSettings | None = None) -> None:
+    def __init__(self, text: str = "", *, seed: int = 0) -> None:
         """`text`: phrases that end at a line's end or a semicolon; "": commands. Raises BadInput, Unavailable."""
         if not can_speak():
             raise Unavailable(NO_VOICE)
         phrases: Sequence[str] = [" ".join(words) for words in phrases_of(text)] if text else TEXT
         if not 1 <= len(phrases) <= MOST_PHRASES:
             raise BadInput(f"The text has {len(phrases)} phrases; 1 to {MOST_PHRASES} can be spoken.")
-        self._dictation = open_free_dictation(speech or SpeechSettings())
+        self._dictation = open_free_dictation(SpeechSettings())
         said = spoken(np.random.default_rng(seed), phrases)
         track = track_of(phrases, [one.dry for one in said])
         loudest = float(np.abs(track.samples).max())

@@ -15,8 +15,8 @@ TOUCH_M = 0.005  # around the body that count as touching
 GRAZE_SPEED = 0.1  # [m/s] past something that is within the margin at the side
 CRAWL_SPEED_M_S = 0.01  # under which it is better to stand
 BACKING_SPEED = 0.1  # [m/s] backwards, where the laser does not see
-POINT_MEMORY_S = 10.0  # that a point counts which the laser has turned its back on …
-MAX_REMEMBERED_POINTS = 150  # … and so many of them at most
+POINT_MEMORY_S = 10.0  # that a point counts which the laser has turned its back on
+MAX_REMEMBERED_POINTS = 150  # points that count though the laser has turned its back on them
 
 Point = tuple[float, float]
 

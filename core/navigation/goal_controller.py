@@ -54,21 +54,24 @@ class GoalController:
     """
 
     LOOK_EVERY = 0.2  # [s]
-    DEFER = 0.1  # [s] by which that may wait for a frame without picture and scan, which take their time
+    MAX_DEFERRAL_S = 0.1  # [s] by which that may wait for a frame without picture and scan, which take their time
     PLAN_EVERY = 1.0  # [s] where the way is shut
     FOLLOW_EVERY = 0.4  # [s] where the aim moves
-    MOVED = 0.1  # [m] from which an aim has moved
-    WAIT = 5.0  # [s] for a way to open again
-    BACK = 0.15  # [m] that it backs up out of a tight place
+    MOVED_AIM_M = 0.1  # [m] from which an aim has moved
+    MAX_WAIT_S = 5.0  # [s] for a way to open again
+    BACK_UP_M = 0.15  # [m] that it backs up out of a tight place
     BACK_SPEED = 0.05  # [m/s]
-    TRIES = 2  # times that it backs up, each time planning more carefully
-    CAUTION = 0.03  # [m] more around the body after each
-    FACING = 0.03  # [rad] within which it faces what it should
-    SLACK = 0.04  # [m] around the distance that is kept from what moves
-    DETOURS = 3  # in a row, each shut when it was come near, after which there is no way …
-    LONGER = 0.3  # [m] by which a new way is longer than what was left, and is a detour …
-    NEARER = 0.5  # [m] by which less must be left than ever before so that they are forgotten
-    GAIN, GAIN_WITHIN = 0.1, 30.0  # [m], [s] of way that is gained again and again, whatever is planned meanwhile
+    MAX_TRIES = 2  # times that it backs up, each time planning more carefully
+    CAUTION_STEP_M = 0.03  # [m] more around the body after each
+    FACING_RAD = 0.03  # [rad] within which it faces what it should
+    SLACK_M = 0.04  # [m] around the distance that is kept from what moves
+    MAX_DETOURS = 3  # in a row, each shut when it was come near, after which there is no way
+    MIN_DETOUR_M = 0.3  # [m] by which a detour is longer than what was left of the way
+    FORGET_DETOURS_M = 0.5  # [m] by which less must be left than ever before so that detours are forgotten
+    MIN_GAIN_M, GAIN_TIME_S = (
+        0.1,
+        30.0,
+    )  # [m], [s] of way that is gained again and again, whatever is planned meanwhile
 
     def __init__(
         self, aim: GoalAim, ctx: ControlContext, *, lasting: bool = False, cruise: float | None = None
@@ -77,8 +80,8 @@ class GoalController:
         steering = ctx.steering
         self._aim, self._lasting = aim, lasting
         self._cruise = min(cruise or ctx.body.cruise, ctx.body.max_speed)
-        self._arrival = Arrival(self.SLACK if lasting else steering.goal_tolerance, steering)
-        self._faced = Arrival(self.FACING, steering)
+        self._arrival = Arrival(self.SLACK_M if lasting else steering.goal_tolerance, steering)
+        self._faced = Arrival(self.FACING_RAD, steering)
         self._shut = ""  # why there is no way at the moment
         self._tries = 0
         self._back_from: tuple[float, float] | None = None
@@ -107,7 +110,7 @@ class GoalController:
         if not self._lasting and ctx.stamp > self._began + self._allowance:
             return self._say("stuck", left, Statement("command.way_too_long_left", left=f"{left:.2f}"))
         gains_nothing = self._gain.lost(self._way.left(ctx.pose), ctx.stamp) and not self._lasting
-        if gains_nothing or self._detours > self.DETOURS:
+        if gains_nothing or self._detours > self.MAX_DETOURS:
             return self._say("stuck", left, Statement("way.shut_again"))
         space = free_space(ctx.scan_points, ctx.body.radius)
         twist = self._way.steer(ctx.pose, self._cruise, ctx.body.turn, space)
@@ -116,7 +119,7 @@ class GoalController:
         return self._say("under way", left, twist=twist)
 
     def _gains(self) -> StallDetector:
-        return StallDetector(self.GAIN, self.GAIN_WITHIN)
+        return StallDetector(self.MIN_GAIN_M, self.GAIN_TIME_S)
 
     @property
     def _way(self) -> Pursuit:
@@ -154,27 +157,30 @@ class GoalController:
         return self._say("there" if settled else "under way", 0.0)
 
     def _wait(self, ctx: ControlContext, left: float) -> GoalStep:
-        if ctx.stamp - self._shut_since <= self.WAIT:
+        if ctx.stamp - self._shut_since <= self.MAX_WAIT_S:
             return self._say("waiting", left, self._shut)
-        if self._tries < self.TRIES and self._tight(ctx):
+        if self._tries < self.MAX_TRIES and self._tight(ctx):
             return self._stalled(ctx, left)
         return self._say("stuck", left, self._shut)
 
     def _stalled(self, ctx: ControlContext, left: float) -> GoalStep:
-        if not self._tight(ctx) or self._tries >= self.TRIES:
+        if not self._tight(ctx) or self._tries >= self.MAX_TRIES:
             return self._say("stuck", left, why_no_headway(ctx.scan_points, ctx.body.radius))
         self._tries += 1
         self._back_from = ctx.pose.x, ctx.pose.y
-        self._back_until = ctx.stamp + 2 * self.BACK / self.BACK_SPEED
+        self._back_until = ctx.stamp + 2 * self.BACK_UP_M / self.BACK_SPEED
         return self._back(ctx)
 
     def _tight(self, ctx: ControlContext) -> bool:
         points, radius = ctx.scan_points, ctx.body.radius
-        return free_space(points, radius) < 2 * self.CAUTION or obstacle_ahead(points, radius, self.BACK) is not None
+        return (
+            free_space(points, radius) < 2 * self.CAUTION_STEP_M
+            or obstacle_ahead(points, radius, self.BACK_UP_M) is not None
+        )
 
     def _back(self, ctx: ControlContext) -> GoalStep:
         assert self._back_from is not None
-        if ctx.pose.distance_to(*self._back_from) < self.BACK and ctx.stamp < self._back_until:
+        if ctx.pose.distance_to(*self._back_from) < self.BACK_UP_M and ctx.stamp < self._back_until:
             words = why_no_headway(ctx.scan_points, ctx.body.radius, back_up=True)
             return self._say("backing", self._left(ctx), words, Twist(-self.BACK_SPEED, 0.0))
         self._back_from = None
@@ -184,7 +190,7 @@ class GoalController:
     def _set_out(self, ctx: ControlContext) -> float:
         """Plan from here and follow that → how long it may take [s]. Raises Refused."""
         self._planned, self._planned_for = ctx.stamp, (self._aim.x, self._aim.y)
-        cautious = replace(ctx.planner, guard=ctx.planner.guard + self.CAUTION * self._tries)
+        cautious = replace(ctx.planner, guard=ctx.planner.guard + self.CAUTION_STEP_M * self._tries)
         try:
             way = self._plan(ctx, cautious)
         except Refused:
@@ -198,7 +204,7 @@ class GoalController:
             self._headway = _headway(ctx)
         self._open = self._sees_aim(ctx)
         length = float(np.hypot(*np.diff(way, axis=0).T).sum())
-        return 3 * (length / self._cruise + 2 * math.pi / ctx.body.turn) + 2.0 + 2 * self.WAIT
+        return 3 * (length / self._cruise + 2 * math.pi / ctx.body.turn) + 2.0 + 2 * self.MAX_WAIT_S
 
     def _plan(self, ctx: ControlContext, settings: PlannerSettings) -> Array:
         seen, place = ctx.pose.apply(ctx.scan_points), (self._aim.x, self._aim.y)
@@ -217,10 +223,10 @@ class GoalController:
     def _look(self, ctx: ControlContext) -> None:
         """See whether the way is still free and leads to the aim; plan again where it does not."""
         passed = ctx.stamp - self._looked
-        if passed < self.LOOK_EVERY or (ctx.is_full and passed < self.LOOK_EVERY + self.DEFER):
+        if passed < self.LOOK_EVERY or (ctx.is_full and passed < self.LOOK_EVERY + self.MAX_DEFERRAL_S):
             return
         self._looked = ctx.stamp
-        slack = self.MOVED if self._aim.keep else ctx.steering.goal_tolerance
+        slack = self.MOVED_AIM_M if self._aim.keep else ctx.steering.goal_tolerance
         moved = math.dist(self._planned_for, (self._aim.x, self._aim.y)) > slack
         if moved and ctx.stamp - self._planned >= self.FOLLOW_EVERY:
             self._try_to_set_out(ctx)
@@ -228,13 +234,13 @@ class GoalController:
         rest = np.vstack(((ctx.pose.x, ctx.pose.y), self._way.rest))
         self._open = self._sees_aim(ctx)
         left = self._way.left(ctx.pose)
-        if left < self._least_left - self.NEARER:
+        if left < self._least_left - self.FORGET_DETOURS_M:
             self._detours, self._least_left = 0, left
         if is_free(_terrain(ctx, rest), rest, ctx.body.radius, ctx.planner):
             self._shut = ""
         elif ctx.stamp - self._planned >= self.PLAN_EVERY:
             self._try_to_set_out(ctx)
-            longer = not self._shut and self._way.left(ctx.pose) > left + self.LONGER
+            longer = not self._shut and self._way.left(ctx.pose) > left + self.MIN_DETOUR_M
             if longer and not self._lasting:
                 self._detours, self._gain = self._detours + 1, self._gains()
 

@@ -155,7 +155,7 @@ class Arrival:
 class Travel:
     """Distance travelled, with turns counted as ways of their own; jitter of the estimate does not count."""
 
-    STEP = 0.05  # [m]
+    STEP_M = 0.05  # [m]
 
     def __init__(self, pose: Pose) -> None:
         self._from, self._gone = pose, 0.0
@@ -163,7 +163,7 @@ class Travel:
     def gone(self, pose: Pose) -> float:
         """Take in a pose → [m] since the beginning."""
         step = self._from.distance_to(pose.x, pose.y) + 0.2 * abs(wrap(pose.heading - self._from.heading))
-        if step > self.STEP:
+        if step > self.STEP_M:
             self._from, self._gone = pose, self._gone + step
         return self._gone
 

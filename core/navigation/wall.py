@@ -49,9 +49,9 @@ def _touching(place: Array, wall: Array, radius: float) -> tuple[Array, Array]:
 
 NOTHING = np.empty((0, 2))
 MIN_PLACE_GAP_M = 0.5  # between places at the walls that can be gone to
-SECTOR = math.radians(2.0)  # of the sight, in which the newest scan replaces what was remembered
+SECTOR_RAD = math.radians(2.0)  # of the sight, in which the newest scan replaces what was remembered
 NEAR_END, WALL_AT_END = 0.35, 0.2  # [m] around the end of an opening, and to where its wall is seen there at least
-RIGHT = (math.radians(-170.0), math.radians(-5.0))  # bearings that count as the right-hand side
+RIGHT_SIDE_RAD = (math.radians(-170.0), math.radians(-5.0))  # bearings that count as the right-hand side
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,7 @@ def walls_on_the_right(pose: Pose, points: Array, settings: WallSettings) -> Arr
 def _on_the_right(pose: Pose, cells: Array) -> Array:
     local = pose.inverse().apply(cells)
     bearing = np.arctan2(local[:, 1], local[:, 0])
-    return (bearing > RIGHT[0]) & (bearing < RIGHT[1])
+    return (bearing > RIGHT_SIDE_RAD[0]) & (bearing < RIGHT_SIDE_RAD[1])
 
 
 def _wide(cells: Array, least: float) -> Array:
@@ -207,7 +207,7 @@ def _smoothed(cells: Array, around: float) -> Array:
 
 
 def _sectors(points: Array) -> Array:
-    return np.floor(np.arctan2(points[:, 1], points[:, 0]) / SECTOR)
+    return np.floor(np.arctan2(points[:, 1], points[:, 0]) / SECTOR_RAD)
 
 
 def _graph(cells: Array, link: float) -> coo_matrix:

@@ -9,8 +9,8 @@ from core.sensors.checks import MAX_AGE_S, time_fault
 from core.sentences import Statement
 from core.snapshot import SensorKind, SensorState, SensorStatus
 
-STALE_PERIODS, LOST_PERIODS = 3.0, 6.0  # periods without a reading …
-STALE_AT_LEAST, LOST_AT_LEAST = 0.25, 0.5  # [s] … and no sooner than this
+STALE_PERIODS, LOST_PERIODS = 3.0, 6.0  # periods without a reading
+STALE_AT_LEAST, LOST_AT_LEAST = 0.25, 0.5  # [s] without a reading, at least
 STEERING_PERIODS = 1.5  # of slow odometry, over which it is carried on before nothing is steered by it
 ANY_FRAME = 10.0  # [Hz] at which sound has to come, though it comes with every frame, and what has no known rate
 

@@ -61,12 +61,12 @@ def map_pixels(grid: OccupancyGrid) -> Array:
     return pixels[::-1]
 
 
-def nav2_map(grid: OccupancyGrid, image: str = "map.pgm") -> tuple[str, bytes]:
-    """Grid → (YAML text that names the picture `image`, the picture as binary PGM).
+def nav2_map(grid: OccupancyGrid) -> tuple[str, bytes]:
+    """Grid → (YAML text that names the picture map.pgm, the picture as binary PGM).
 
     Layout of Nav2's map_io: mode trinary, origin of the lower left corner as [x, y, yaw] in metres and radians.
     """
-    return map_yaml(grid, image, "trinary"), pgm(map_pixels(grid))
+    return map_yaml(grid, "map.pgm", "trinary"), pgm(map_pixels(grid))
 
 
 def map_yaml(grid: OccupancyGrid, image: str, mode: Nav2Mode) -> str:

@@ -58,7 +58,7 @@ def save(folder: Path, run: SlamResult, settings: Settings) -> dict[str, str | N
         "report_html": ("report.html", report_html(run, settings).encode()),
     }
     if run.grid is not None:
-        text, picture = nav2_map(run.grid, "map.pgm")
+        text, picture = nav2_map(run.grid)
         contents |= {
             "map_yaml": ("map.yaml", text.encode()),
             "map_pgm": ("map.pgm", picture),

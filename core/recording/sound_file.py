@@ -18,8 +18,8 @@ LONGEST = 4 * 3600.0  # [s] of one sound
 MOST_SAMPLES = 300_000_000  # of all channels together
 MOST_CHANNELS = 64
 RATE_BOUNDS_HZ = (4_000, 192_000)
-MIN_NOISE_LEVEL = 0.3  # of full scale, from which on samples may be noise of exchanged bytes …
-MAX_SWAPPED_STEPS = 0.25  # … whose steps from sample to sample are smaller by so much when they are put right
+MIN_NOISE_LEVEL = 0.3  # of full scale, from which on samples may be noise of exchanged bytes
+MAX_SWAPPED_STEPS = 0.25  # times the steps from sample to sample when such bytes are put right
 PCM_CODE, FLOAT_CODE, EXTENSIBLE_CODE = 1, 3, 0xFFFE
 EXTENSION_TAIL = bytes.fromhex("000000001000800000aa00389b71")  # of the identifiers that stand for plain codes
 

@@ -65,12 +65,12 @@ class LinkAddress:
 
 
 def link_address(
-    rest: str, example: str, keys: Collection[str], *, tcp_port: int | None = None, serial: bool = True
+    rest: str, example: str, keys: Collection[str], *, tcp_port: int, serial: bool = True
 ) -> LinkAddress:
     """Read the part of a URL after its scheme (`///dev/ttyUSB0?baud=115200`, `//host:10940`) → the address.
 
-    `example`: a URL that is right, for the sentence. `keys`: the options there are. `tcp_port`: the usual one; None:
-    no TCP. `serial`: a serial port will do. Raises BadInput.
+    `example`: a URL that is right, for the sentence. `keys`: the options there are. `tcp_port`: the usual one.
+    `serial`: a serial port will do. Raises BadInput.
     """
     wrong = BadInput(f"This robot's address cannot be read; it looks like {example}.")
     try:
@@ -86,7 +86,7 @@ def link_address(
     windows_port = WINDOWS_PORT.match(parts.netloc) and parts.path in ("", "/")
     if serial and (windows_port or (not parts.netloc and parts.path.strip("/"))):
         return LinkAddress(port_path=parts.netloc or unquote(parts.path), options=options)
-    if not host or tcp_port is None or parts.path not in ("", "/"):
+    if not host or parts.path not in ("", "/"):
         raise wrong
     return LinkAddress(host=host, port=tcp_port if port is None else port, options=options)
 

@@ -5,10 +5,10 @@ import math
 MAX_DRIFT = 500e-6  # by which a computer's clock runs slow against ours, at most; a resonator's: `RESONATOR_DRIFT`
 RESONATOR_DRIFT = 5e-3  # of a microcontroller without a crystal
 STEP_S = 0.2  # [s] by which the stamps of a source step back, or come before their time, when its clock was set
-FELL_BEHIND_S = 0.15  # [s] by which a message is later than the quickest …
+FELL_BEHIND_S = 0.15  # [s] by which a late message is later than the quickest
 LONG_AGO_S = 1e9  # of Unix time (2001), which no clock has reached that counts from its start
-HELD_UP_S = 2.0  # [s] … and, when all of all sources have been so late for so long, the clock was held up
-ACTIVE_S = 2.0  # [s] since its last message for which a source has a say in that
+HELD_UP_S = 2.0  # [s] for which all messages of all sources were late when the clock was held up
+ACTIVE_S = 2.0  # [s] since its last message for which a source has a say in whether it was
 
 
 class DeviceClock:
@@ -24,8 +24,8 @@ class DeviceClock:
     def __init__(self, drift: float = MAX_DRIFT, *, follows: bool = False) -> None:
         """`drift`: share by which the device's clock may run slow; `follows`: a simulator's, that may be held up."""
         self._drift, self._follows = drift, follows
-        self._late: set[str] = set()  # sources whose newest message was late …
-        self._late_since: float | None = None  # … and since when all are [s]
+        self._late: set[str] = set()  # sources whose newest message was late
+        self._late_since: float | None = None  # [s] since when those of all sources are
         self._last: dict[str, tuple[float, float]] = {}  # source → its newest stamp, and when that was received [s]
         self._stepped: set[str] = set()  # sources whose stamps stepped and have not come back
         self._received = -math.inf  # [s]

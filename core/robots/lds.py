@@ -129,8 +129,8 @@ class TurnCollector:
 class LidarTransport:
     """The bytes as lds2d asks for them. Silence, or bytes that make no turn, end it."""
 
-    def __init__(self, link: ByteLink, patience: float) -> None:
-        self.deadline = time.monotonic() + patience  # [s]
+    def __init__(self, link: ByteLink) -> None:
+        self.deadline = time.monotonic() + OPENING_TIMEOUT_S
         self._link = link
 
     def read(self, size: int) -> bytes:
@@ -166,7 +166,7 @@ class LidarDevice(Device):
         """Open the port, start the head, and wait for the first point."""
         create, baud = _driver_class(self._model.driver)
         link = open_link(self._address, self._baud or baud, dtr=self._model.dtr)
-        self._transport = LidarTransport(link, OPENING_TIMEOUT_S)
+        self._transport = LidarTransport(link)
         self._driver = create(self._transport)
         self._start(link)
         self._points = self._driver.points()

@@ -15,10 +15,10 @@ from core.perception.landmarks.deskew import deskew
 from core.sensors import Laser, Scan, SensorFrame, Wheels
 from core.sensors.checks import MAX_AGE_S, MAX_LEAD_S
 
-SECTOR = math.radians(2.0)  # [rad] of which one point is kept, the nearest
+SECTOR_RAD = math.radians(2.0)  # [rad] of which one point is kept, the nearest
 MIN_READABLE_SHARE = 0.1  # share of beams that must say something, even if it is "nothing there"
-MIN_REPEATS = 2  # equal scans in a row, on the move, that mean the laser hangs, until another scan comes …
-RESTED_SCANS = 20  # … or so many equal ones have come while the robot stands: the gate has given up by then
+MIN_REPEATS = 2  # equal scans in a row, on the move, that mean the laser hangs
+RESTED_SCANS = 20  # equal ones at rest after which it no longer does: the gate has given up by then
 MAX_OTHER_SCAN_AGE_S = 0.2  # up to which another laser's scan counts too
 PUNCTUAL_S = 0.05  # of a scan's age, up to which the wheels' present twist says how far the robot went since then
 FORGOTTEN_S = 2.0  # after which a laser that was late and is silent holds up the others no longer
@@ -38,7 +38,7 @@ def near_points(scan: Scan, laser: Laser, frame: SensorFrame) -> list[tuple[floa
     distances = np.hypot(points[:, 0], points[:, 1])
     order = np.argsort(distances)
     order = order[distances[order] <= HORIZON_M]
-    sectors = np.floor(np.arctan2(points[order, 1], points[order, 0]) / SECTOR)
+    sectors = np.floor(np.arctan2(points[order, 1], points[order, 0]) / SECTOR_RAD)
     _, first = np.unique(sectors, return_index=True)
     return [(round(float(x), 4), round(float(y), 4)) for x, y in points[order[first]]]
 
@@ -54,7 +54,7 @@ def _reach(seen: list[tuple[float, float]]) -> float:
     """Return how far, from straight ahead to the left, every direction lies in one of these intervals [rad]."""
     turned = [(first + turn, last + turn) for first, last in seen for turn in (-math.tau, 0.0, math.tau)]
     reach = 0.0
-    while (further := max((last for first, last in turned if first <= reach + SECTOR), default=0.0)) > reach:
+    while (further := max((last for first, last in turned if first <= reach + SECTOR_RAD), default=0.0)) > reach:
         reach = further
     return min(reach, math.pi)
 

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 MAX_WHEELS_AGE_S = 0.5  # over which a reading of the wheels is carried on to the frame; then nothing is known of them
 MAX_WAITING_SCANS = 4  # scans that may wait for a frame
-RATE_WINDOW_S = 3.0  # over which readings of the wheels are counted for their rate …
-LONG_ENOUGH = 2.0  # [s] … once they have come for so long: a few that waited on the way come all at once
-LONGEST_SOUND = 3.0  # [s] that may wait for a frame
+RATE_WINDOW_S = 3.0  # over which readings of the wheels are counted for their rate
+MIN_COUNTED_S = 2.0  # [s] that they have come before they are counted: a few that waited come all at once
+MAX_WAITING_SOUND_S = 3.0  # [s] that may wait for a frame
 FAULT_AGAIN_S = 5.0  # [s] after which a fault that lasts is said again
 MIXED_HELD_S = 2.0  # for which nothing is driven after readings of two robots
 
@@ -183,7 +183,7 @@ class Readings:
             self.fault("sound.malformed", what=sound.malformation)
             return
         with self._lock:
-            self._here.sound = joined(self._here.sound, sound, LONGEST_SOUND)
+            self._here.sound = joined(self._here.sound, sound, MAX_WAITING_SOUND_S)
 
     def contact(self, pressed: bool) -> None:
         """The bumper."""
@@ -303,7 +303,7 @@ class Readings:
         """How many readings of the wheels come a second [Hz]; None: they have not come for long enough."""
         came = self._here.rolled
         spread = came[-1] - came[0] if came else 0.0
-        return (len(came) - 1) / spread if spread >= LONG_ENOUGH else None
+        return (len(came) - 1) / spread if spread >= MIN_COUNTED_S else None
 
 
 def _limited(scan: Scan, table: "LaserTable") -> Scan:

@@ -24,8 +24,8 @@ KEYS = ("array", "channels", "rate", "first")
 BLOCK_S = 0.02  # of sound that are handed on at once
 MAX_WAITING_BLOCKS = 100  # blocks that may wait
 MAX_SILENCE_S = 2.0  # without a block after which the device is lost
-CLOCK_WINDOW_S = 10.0  # of whose blocks the quickest says how far the stamps have left the robot's clock …
-MAX_CLOCK_ERROR_S = 0.05  # … and by how much they may, before they step
+CLOCK_WINDOW_S = 10.0  # of whose blocks the quickest says how far the stamps have left the robot's clock
+MAX_CLOCK_ERROR_S = 0.05  # by which the stamps may leave it before they step
 RESPEAKER = {"channels": 6, "rate": 16_000, "first": 1}  # 6-channel firmware: processed, four raw, playback
 NEEDS = f"Microphones of this computer need the extra hardware: {install_extra('hardware')}"
 

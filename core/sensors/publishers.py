@@ -22,8 +22,8 @@ ReadingT = TypeVar("ReadingT")
 
 MAX_RUN_READINGS = 3  # of one publisher in a row, until the other's turn
 MAX_TURN_S = 1.0  # from a publisher's reading to its next one after the other's turn
-WATCHED_READINGS = 40  # the newest, of which …
-MIN_RETURNS = 3  # … so many come back to an older one
+WATCHED_READINGS = 40  # the newest, among which some come back to older ones
+MIN_RETURNS = 3  # of them, that come back to an older one
 MAX_RETURN_RATIO = 0.5  # of the difference to the older one and that to the last one
 SECTOR_RAD = math.radians(3.0)  # one range each
 SECTORS = round(math.tau / SECTOR_RAD)

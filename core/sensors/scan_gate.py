@@ -12,8 +12,8 @@ from core.sensors.laser import Scan
 
 MAX_RANGE_MIN_M = 2.0  # from which the nearest range of a laser is no metres
 MAX_MEDIAN_M = 100.0
-MAX_MEDIAN_KM = 0.05  # below which a laser sees nothing: its ranges are kilometres …
-MAX_RANGE_KM = 0.5  # … of at most so many
+MAX_MEDIAN_KM = 0.05  # below which a laser in metres would see nothing: its ranges are kilometres
+MAX_RANGE_KM = 0.5  # of a laser in kilometres
 MIN_MEDIAN_MM = 600.0  # between ranges in millimetres and in centimetres
 MIN_JUDGED_BEAMS = 5  # that measured something
 MIN_VALUE, MAX_VALUE, MAX_GARBAGE_SHARE = 1e-6, 1e8, 0.3  # of ranges in any unit; of those outside
@@ -36,8 +36,8 @@ class RangeUnit:
 
     def __init__(self, name: str, report: FaultSink) -> None:
         self.name, self.report = name, report
-        self._unit: float | None = None  # metres per unit of the ranges …
-        self._limits: float | None = 1.0  # … and of their limits; None: they cannot be
+        self._unit: float | None = None  # metres per unit of the ranges
+        self._limits: float | None = 1.0  # metres per unit of their limits; None: they cannot be
 
     def metres(self, ranges: Array, limits: tuple[float, float]) -> tuple[Array, tuple[float, float]]:
         """Ranges (N,) and (range_min, range_max) as they came → both in metres; limits that cannot be: 0 and NaN.

@@ -12,8 +12,8 @@ MOVING_SPEED = 0.02  # [m/s], [rad/s] from which a robot moves noticeably
 
 MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S = 5.0, 7.0  # of a base, with a margin
 MAX_STEP_M, MAX_STEP_RAD = 0.5, 0.6  # by which a reading may jump beyond that
-ORIGIN_M, ORIGIN_RAD = 0.02, 0.035  # from where a base counts after its start …
-AWAY_M, AWAY_RAD = 0.1, 0.17  # … and from where it was away before
+ORIGIN_M, ORIGIN_RAD = 0.02, 0.035  # within which a base is that has just started
+AWAY_M, AWAY_RAD = 0.1, 0.17  # beyond which a base was before it started again
 BOOT_S = 0.4  # without a reading, in which any base can start again
 SWIFT_M_S, SWIFT_RAD_S = 1.5, 3.0  # of a base that was on its way to its origin, in less time
 

@@ -14,7 +14,7 @@ class SimulatedLaser:
     (`dropout`), mostly where it grazes a surface, and always beyond the range.
     """
 
-    GRAZING = 0.14  # cosine of the angle of incidence below which beams begin to fail (82°)
+    GRAZING_COSINE = 0.14  # cosine of the angle of incidence below which beams begin to fail (82°)
 
     def __init__(
         self,
@@ -69,7 +69,7 @@ class SimulatedLaser:
     def _measured(self, distance: Array, cosine: Array) -> Array:
         """True distances (N,) [m] and incidence (N,) → ranges (N,) [m] in mm steps, NaN where a beam fails."""
         noise, luck = self._rng.normal(size=len(distance)), self._rng.random(len(distance))
-        grazing = np.clip(1 - cosine / self.GRAZING, 0.0, 1.0)
+        grazing = np.clip(1 - cosine / self.GRAZING_COSINE, 0.0, 1.0)
         reached = (distance <= self.laser.range_max) & (luck >= self._dropout + 0.8 * grazing)
         seen = np.where(reached, distance, np.nan)
         ranges = np.round(seen + np.maximum(self._floor_sd, self._share_sd * seen) * noise, 3)

@@ -13,7 +13,7 @@ from core.sensors.microphones import MicrophoneArray, Sound
 from core.simulation.acoustics.enclosure import Enclosure, enclosure, in_sight
 from core.simulation.acoustics.reverberation import Arrivals, Convolver, echo_in_pieces, echo_length, first_images
 from core.simulation.acoustics.shoebox import SPEED_OF_SOUND, pink_noise
-from core.simulation.settings import SILENT, HardWall, MicrophoneSettings
+from core.simulation.settings import SILENT_DB, HardWall, MicrophoneSettings
 from core.simulation.world import World
 
 SPECTRUM_SAMPLES = 512  # samples of a spectrum of the murmur
@@ -248,10 +248,10 @@ class SimulatedMicrophones:
         self._until = end
         ears = self.ears(pose)
         total = VOICE_RMS * 10 ** (self._settings.murmur / 20) * self._murmur.take(count)
-        if self._settings.motor_noise > SILENT:
+        if self._settings.motor_noise > SILENT_DB:
             left, right = speed - turn_rate * wheelbase / 2, speed + turn_rate * wheelbase / 2
             total += VOICE_RMS * 10 ** (self._settings.motor_noise / 20) * self._motors.take(count, left, right)
-        if self._settings.fan_noise > SILENT:
+        if self._settings.fan_noise > SILENT_DB:
             total += self._blow(world, ears, count)
         settled = (begin - self._begun) / RATE_HZ >= SETTLING_S
         for talker in self._talkers:

@@ -13,7 +13,7 @@ HardWall = Literal["none", "west", "south", "east", "north"]
 LASER_NOISE: dict[LaserNoise, tuple[float, float]] = {"1%": (0.010, 0.01), "3%": (0.030, 0.03), "none": (0.0, 0.0)}
 """Standard deviation of a range: at least the first [m], else the second times the range."""
 
-SILENT = -60.0  # [dB] a noise that low is none
+SILENT_DB = -60.0  # [dB] a noise that low is none
 
 
 @dataclass(frozen=True)
@@ -38,14 +38,14 @@ class MicrophoneSettings(Section):
         HardWall, Meta(meaning="wall of every room, x pointing east, whose first echo is as strong as that of glass")
     ] = "none"
     murmur: Annotated[
-        float, Meta("dB", SILENT, 20, "level of the room's noise, against a voice at 1 m", common=True)
+        float, Meta("dB", SILENT_DB, 20, "level of the room's noise, against a voice at 1 m", common=True)
     ] = -30.0
     motor_noise: Annotated[
-        float, Meta("dB", SILENT, 20, "level of the motors at 0.1 m/s at the microphones; -60: none")
+        float, Meta("dB", SILENT_DB, 20, "level of the motors at 0.1 m/s at the microphones; -60: none")
     ] = -10.0
     fan_noise: Annotated[
-        float, Meta("dB", SILENT, 20, "level of a fan in a corner at 1 m; -60: none", common=True)
-    ] = SILENT
+        float, Meta("dB", SILENT_DB, 20, "level of a fan in a corner at 1 m; -60: none", common=True)
+    ] = SILENT_DB
     turned: Annotated[
         float, Meta("rad", -7, 7, "angle by which the array really sits on the robot, unknown to its profile")
     ] = 0.0

@@ -20,14 +20,14 @@ def squared_error(error: Array, covariance: Array) -> float:
 
 
 @cache
-def faded_band(memory: float, share: float = 0.95) -> tuple[float, float]:
-    """Return the band in which a fading mean of 2-D normalised innovations lies for `share` of the time; ideal 1.
+def faded_band(memory: float) -> tuple[float, float]:
+    """Return the band in which a fading mean of 2-D normalised innovations lies for 95 % of the time; ideal 1.
 
     Each, divided by its two degrees of freedom, is exponentially distributed. The mean that keeps `memory` (0..1) of
     itself with every new one weighs (1 + memory) / (1 - memory) of them, and is close to a gamma distribution.
     """
     count = (1 + memory) / (1 - memory)
-    low, high = (float(scipy.special.gammaincinv(count, tail)) / count for tail in ((1 - share) / 2, (1 + share) / 2))
+    low, high = (float(scipy.special.gammaincinv(count, tail)) / count for tail in (0.025, 0.975))
     return low, high
 
 

@@ -28,13 +28,13 @@ TRIM: Colour = (58, 64, 76)
 TYRE: Colour = (34, 37, 44)
 
 
-def mix(one: Colour, other: Colour, part: float) -> Colour:
-    """`part` (0..1) of `one`, the rest of `other`."""
-    r, g, b = (round(part * a + (1 - part) * c) for a, c in zip(one, other, strict=True))
+def faded(colour: Colour, part: float) -> Colour:
+    """`part` (0..1) of a colour, the rest is that of what is not sure."""
+    r, g, b = (round(part * full + (1 - part) * grey) for full, grey in zip(colour, UNSURE, strict=True))
     return r, g, b
 
 
-PREVIEW: Colour = mix(PLAN, UNSURE, 0.6)  # where a spoken command would go, before it begins
+PREVIEW: Colour = faded(PLAN, 0.6)  # where a spoken command would go, before it begins
 
 
 def as_drawn(colours: Array) -> Array:

@@ -4,7 +4,7 @@ import numpy as np
 from viser import SceneApi
 
 from console.scene.drawing.lines import NOTHING, Lines, ellipses, lifted
-from console.scene.drawing.palette import CONCAVE, CONVEX, DOUBT, UNSURE, mix
+from console.scene.drawing.palette import CONCAVE, CONVEX, DOUBT, UNSURE, faded
 from core.message import Array
 from core.robots import Profile
 from core.slam.estimate import Association, Landmark
@@ -62,7 +62,7 @@ def knowledge(row: Landmark) -> float:
 def colour(row: Landmark) -> tuple[int, int, int]:
     """By kind; paler while it is little known."""
     full = {"convex": CONVEX, "concave": CONCAVE}.get(row.kind, CONVEX)
-    return mix(full, UNSURE, 0.35 + 0.65 * knowledge(row))
+    return faded(full, 0.35 + 0.65 * knowledge(row))
 
 
 def posts(centres: Array, known: Array) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 from viser import SceneApi
 
 from console.scene.drawing.lines import CIRCLE, CROSS, Lines, ellipses, joined, lifted
-from console.scene.drawing.palette import DOUBT, SCAN, UNSURE, VOICE, Colour, mix
+from console.scene.drawing.palette import DOUBT, SCAN, UNSURE, VOICE, Colour, faded
 from core.message import Array
 from core.perception.people.fusion import Ray
 from core.perception.people.tracked_person import TrackedPerson
@@ -77,9 +77,7 @@ class VoiceWedges:
         if key == self._drawn:
             return
         self._drawn = key
-        self._strokes.draw_each(
-            (voice_wedge(one), mix(VOICE, UNSURE, max(0.0, 1 - one.age / FADE_S))) for one in voices
-        )
+        self._strokes.draw_each((voice_wedge(one), faded(VOICE, max(0.0, 1 - one.age / FADE_S))) for one in voices)
 
 
 def voice_wedge(voice: VoiceDirection) -> Array:

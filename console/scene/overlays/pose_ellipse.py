@@ -6,7 +6,7 @@ import numpy as np
 from viser import SceneApi
 
 from console.scene.drawing.lines import Lines, ellipses, joined, lifted
-from console.scene.drawing.palette import DOUBT, POSE, UNSURE, mix
+from console.scene.drawing.palette import DOUBT, POSE, faded
 from console.scene.drawing.shapes import place
 from core.geometry import Pose
 from core.message import Array
@@ -66,7 +66,7 @@ class CandidatePoses:
             return
         self._shown = lost
         places = () if lost is None else lost.candidates
-        shades = (DOUBT, mix(DOUBT, UNSURE, 0.5))
+        shades = (DOUBT, faded(DOUBT, 0.5))
         self._strokes.draw_each((stood(self._outline, one), shades[rank > 0]) for rank, one in enumerate(places))
 
 

@@ -13,7 +13,7 @@ from core.message import Array
 from core.robots import Profile
 from core.snapshot import Snapshot
 
-LOW = -0.008  # [m], under Beckon's own map
+HEIGHT_M = -0.008  # [m], under Beckon's own map
 OCCUPIED_LEVEL, FREE_LEVEL = 50, 25  # of 0..100, as Nav2 has them: above is a wall, below is floor
 WALL_OPACITY, FLOOR_OPACITY = 200, 40
 
@@ -58,7 +58,7 @@ class RobotsOwnMap:
             render_height=view.height,
             format="png",
             wxyz=(0.0, 1.0, 0.0, 0.0),
-            position=(view.width / 2, view.height / 2, LOW),
+            position=(view.width / 2, view.height / 2, HEIGHT_M),
             cast_shadow=False,
             receive_shadow=False,
         )

@@ -4,7 +4,7 @@ import numpy as np
 from viser import LabelHandle, SceneApi
 
 from console.scene.drawing.lines import CROSS, Lines, lifted
-from console.scene.drawing.palette import CLOSURE, DOUBT, POSE, ROOM, UNSURE, Colour, mix
+from console.scene.drawing.palette import CLOSURE, DOUBT, POSE, ROOM, UNSURE, Colour, faded
 from core.message import Array
 from core.robots import Profile
 from core.slam.map.status import ClosureState, ClosureStatus, SubmapView
@@ -37,7 +37,7 @@ class Submaps:
         if seen == self._shown:
             return
         self._shown = seen
-        self._frames.draw_each((frame(room), POSE if room.active else mix(ROOM, UNSURE, 0.5)) for room in rooms)
+        self._frames.draw_each((frame(room), POSE if room.active else faded(ROOM, 0.5)) for room in rooms)
         for gone in self._labels.keys() - {room.id for room in rooms}:
             self._labels.pop(gone).remove()
         for room in rooms:

@@ -19,11 +19,11 @@ GLANCE_WIDTH_PX = 320  # [pixel] width of the copy on which a live picture is gl
 SMALL_WIDTH_PX = 400  # [pixel] pictures up to this width are searched at twice their size: many more boards are found
 PATIENT_SIDE_PX = 800  # [pixel] longest side up to which the search goes without the quick check; noise takes seconds
 SEARCH_SIDE_PX = 1280  # [pixel] longest side in which corners are searched; finer pictures only refine
-WINDOW_SHARE = 1 / 3  # of the smallest corner spacing: half-window of the sub-pixel refinement …
-MIN_WINDOW_PX = 2  # [pixel] … never smaller
-MAX_WINDOW_PX = 10  # [pixel] … never larger. A window that reaches the next corner pulls f away by up to 20 px
-SEARCHED_SHARE = 0.4  # share of the board's extent that is searched around its last place …
-GLANCE_SPACING_PX = 16.0  # [pixel] … after a glance at a copy with corners so far apart: half a board takes 100 ms
+WINDOW_SHARE = 1 / 3  # of the smallest corner spacing: half-window of the sub-pixel refinement
+MIN_WINDOW_PX = 2  # [pixel] of this half-window, at least
+MAX_WINDOW_PX = 10  # [pixel] at most: a window that reaches the next corner pulls f away by up to 20 px
+SEARCHED_SHARE = 0.4  # share of the board's extent that is searched around its last place
+GLANCE_SPACING_PX = 16.0  # [pixel] between corners of the copy that is glanced at first: half a board takes 100 ms
 
 
 @message

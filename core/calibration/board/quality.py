@@ -32,13 +32,13 @@ LONE_ROUND_SHARE = 0.75  # its area over that of a square of its perimeter, at l
 # Limits beyond which a view is refused.
 RIM_DISTANCE_PX = 2  # [pixel] beyond the refinement window that every corner keeps from the rim
 MIN_SPACING_PX = 6.0  # [pixel] corners closer together than this are refused: too far
-SOFT_EDGE_PX = 5.0  # [pixel] width of an edge above which a warning is given …
-BLURRED_EDGE_PX = 7.0  # … and above which the view is refused
+SOFT_EDGE_PX = 5.0  # [pixel] width of an edge above which a warning is given
+BLURRED_EDGE_PX = 7.0  # [pixel] width of an edge above which the view is refused
 NO_EDGE_PX = 1000.0  # [pixel]: OpenCV's answer where it finds none
 ORDINARY_SIDE_PX = 1280  # [pixel] longest side up to which these widths hold; finer pictures have wider edges
 SOFT_LOSS_PX = 0.3  # [pixel] scale of the soft-L1 loss of the smoothness test
-MISPLACED_CORNER_PX = 1.2  # [pixel] a corner this far from its smooth grid is misplaced …
-MISPLACED_SPACING_SHARE = 0.03  # … or this share of the corner spacing, whichever is more
+MISPLACED_CORNER_PX = 1.2  # [pixel] from its smooth grid beyond which a corner is misplaced
+MISPLACED_SPACING_SHARE = 0.03  # the same as a share of the corner spacing; the larger one counts
 MAX_MISPLACED_SHARE = 0.1  # share of misplaced corners above which the view is refused
 SADDLE_CONTRAST_SHARE = 0.4  # share of the board's contrast that makes a crossing of four squares
 

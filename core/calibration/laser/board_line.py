@@ -16,15 +16,15 @@ from core.geometry import Transform
 from core.message import Array, message
 
 # Thresholds of the search for the line.
-MIN_NEARER_M = 0.06  # [m] that a beam must be shorter than the empty room …
-MIN_NEARER_SDS = 4.0  # … and in standard deviations of a range
+MIN_NEARER_M = 0.06  # [m] that a beam must be shorter than the empty room
+MIN_NEARER_SDS = 4.0  # the same in standard deviations of a range
 MIN_BEAM_COUNT = 10
 LINE_DRAWS = 600
 DRAW_SEED = 11
 MAX_DRAW_REACH = 120  # beams between the two drawn ones at most
 MIN_CHORD_M = 0.08  # [m] between the two drawn beams' ends
-LINE_BAND_M = 0.008  # [m] half-width of the line …
-LINE_BAND_SDS = 2.5  # … and in standard deviations of a range
+LINE_BAND_M = 0.008  # [m] half-width of the line
+LINE_BAND_SDS = 2.5  # the same in standard deviations of a range
 MAX_GAP_BEAMS = 3  # missing beams that a run may bridge
 EXTRA_LENGTH_M = 0.15  # [m] that a run may exceed the panel's width: a tilted panel is cut along its diagonal
 UNKNOWN_PANEL_M = 0.6  # [m] width assumed of a panel that was not measured

@@ -9,7 +9,7 @@ import numpy as np
 
 from core.geometry import Pose
 from core.message import Array, message
-from core.perception.landmarks.edge_pairs import WINDOW, EdgePair
+from core.perception.landmarks.edge_pairs import WINDOW_RAD, EdgePair
 from core.sensors import Camera
 from core.setting import Meta, Section
 
@@ -89,7 +89,7 @@ def fit(pairs: Gathered) -> TransformFit | None:
 
 def _starts(pairs: Gathered) -> list[float]:
     """Turns [rad] to begin with: none, and where the pairs gather."""
-    edges = np.arange(-WINDOW, WINDOW + BIN, BIN)
+    edges = np.arange(-WINDOW_RAD, WINDOW_RAD + BIN, BIN)
     counts, _ = np.histogram(-pairs.off, edges, weights=pairs.weight)
     counts = np.convolve(counts, [0.5, 1.0, 0.5], "same")
     return [0.0, float(edges[int(counts.argmax())] + 0.5 * BIN)]
@@ -98,7 +98,7 @@ def _starts(pairs: Gathered) -> list[float]:
 def _climb(pairs: Gathered, rows: Array, answer: Array) -> tuple[Array, Array, float]:
     """One start → (turn, shift), the share (N,) with which each pair belongs together, and the log likelihood."""
     prior = np.diag([1 / TURN_SD**2, 1 / SHIFT_SD**2])
-    share, chance = 0.5, 1 / (2 * WINDOW)
+    share, chance = 0.5, 1 / (2 * WINDOW_RAD)
     belongs = np.zeros(len(rows))
     likelihood = -math.inf
     for _ in range(MAX_ROUNDS):

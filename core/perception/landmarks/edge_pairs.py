@@ -10,7 +10,7 @@ from core.perception.landmarks.corners import Corner
 from core.perception.landmarks.edges import EdgeSettings, ImageEdge
 from core.sensors import Camera
 
-WINDOW = math.radians(6.0)
+WINDOW_RAD = math.radians(6.0)
 """[rad] Pairs that disagree by more are no pairs; a camera that was turned further than that sees nothing match."""
 
 
@@ -48,6 +48,6 @@ def edge_pairs(
         lever = math.cos(bearing - moved.heading) / reach
         pairs += [
             EdgePair(position=corner.position, off=float(one), sd=math.sqrt(variance), lever=lever)
-            for one in off[np.abs(off) < WINDOW]
+            for one in off[np.abs(off) < WINDOW_RAD]
         ]
     return tuple(pairs)

@@ -93,10 +93,10 @@ def edges_on_walls(
     return tuple(sightings), tuple(others)
 
 
-ASIDE = math.radians(4)  # of the direction in which the wall's points are looked at
+ASIDE_RAD = math.radians(4)  # of the direction in which the wall's points are looked at
 MIN_POINTS = 6  # points of a wall
 MAX_WALL_RMS_M = 0.03  # rms off the line, at most
-GRAZING = math.radians(8)  # between the wall and the direction, at least
+MIN_INCIDENCE_RAD = math.radians(8)  # between the wall and the direction, at least
 
 
 class SeenWalls:
@@ -110,7 +110,7 @@ class SeenWalls:
     def near(self, bearing: float) -> Array | None:
         """Points (N, 2) [m], eye's frame, around a bearing [rad], some on either side; None: too few."""
         off = (self._angles - bearing + np.pi) % (2 * np.pi) - np.pi
-        beside = np.flatnonzero(np.abs(off) < ASIDE)
+        beside = np.flatnonzero(np.abs(off) < ASIDE_RAD)
         if len(beside) < MIN_POINTS or off[beside].min() > 0 or off[beside].max() < 0:
             return None
         return self._points[beside]
@@ -130,7 +130,7 @@ def wall_range(walls: SeenWalls, bearing: float, sd: float, wall_sd: float) -> t
         return None
     normal = vectors[:, 0]
     slope = float(normal @ np.array([math.cos(bearing), math.sin(bearing)]))
-    if abs(slope) < math.sin(GRAZING):
+    if abs(slope) < math.sin(MIN_INCIDENCE_RAD):
         return None
     reach = float(normal @ middle) / slope
     along = math.sqrt(max(1 - slope**2, 0.0)) / abs(slope)

@@ -50,8 +50,8 @@ def edges_by_pair(
     x, y = (cameras[1].mounting.translation - cameras[0].mounting.translation)[:2].tolist()
     disparity = np.sin(two - one[:, None])
     with np.errstate(divide="ignore", invalid="ignore"):
-        reach = (x * np.sin(two) - y * np.cos(two)) / disparity  # of the crossing of the rays, from the first …
-        other_reach = (x * np.sin(one) - y * np.cos(one))[:, None] / disparity  # … and from the second
+        reach = (x * np.sin(two) - y * np.cos(two)) / disparity  # of the crossing of the rays, from the first
+        other_reach = (x * np.sin(one) - y * np.cos(one))[:, None] / disparity  # the same from the second
         step = steps[:, None] / other_steps
         fits = (np.minimum(reach, other_reach) > MIN_DISTANCE_M) & (np.minimum(step, 1 / step) >= MIN_STEP_RATIO)
     fits &= np.abs(disparity) >= MIN_DISPARITY_SDS * math.sqrt(2) * settings.pair_sd
@@ -67,8 +67,8 @@ def edges_by_pair(
             continue
         rays = eye.heading + np.array([one[i], two[j]])
         normals = np.column_stack((-np.sin(rays), np.cos(rays)))
-        slopes = np.linalg.inv(normals) @ np.diag([reach[i, j], other_reach[i, j]])  # of the crossing
-        across = reach[i, j] * normals[0]  # … and by the mounting, which turns both
+        slopes = np.linalg.inv(normals) @ np.diag([reach[i, j], other_reach[i, j]])  # of the crossing, with the rays
+        across = reach[i, j] * normals[0]  # its change with the mounting, which turns both rays
         spread = settings.pair_sd**2 * slopes @ slopes.T + settings.bearing_sd**2 * np.outer(across, across)
         place = np.array([eye.x, eye.y]) + reach[i, j] * np.array([math.cos(rays[0]), math.sin(rays[0])])
         sightings.append(sighting_at(place, spread, stamp, settings, kind="rise" if edge.step > 0 else "fall"))

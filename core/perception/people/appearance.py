@@ -33,7 +33,7 @@ PATTERN_SD, OTHERS_PATTERN_SD = 0.25, 0.42  # of the spread: one person's, and t
 LIMB_SD = (0.12, 0.15, 0.18)  # of one person's proportions in two sights: people turn and bend
 OTHERS_LIMB_SD = (0.14, 0.17, 0.23)  # between two people
 HEIGHT_SD, OTHERS_HEIGHT_SD = 0.07, 0.12  # [m] the same of heights by laser and camera
-LEAST = -2.0  # of a log likelihood ratio of proportions or height: a bent knee alone makes nobody a stranger
+MIN_LOG_RATIO = -2.0  # of a log likelihood ratio of proportions or height: a bent knee alone makes nobody a stranger
 VIEW_HALF_M = 0.25  # of a view to either side in which colours are looked at
 MIN_SHOWN_SHARE = 0.3  # share of a part in the picture from which its colours count
 MIN_PART_PIXELS = 8  # pixels of a part
@@ -73,8 +73,8 @@ def likelihood_ratio(who: Appearance, seen: Appearance) -> float:
         return 0.0
     total = _normal_ratio(off[parts, :3].ravel(), *_covariances(tuple(parts)))
     total += _ratio(off[:, 3], PATTERN_SD, OTHERS_PATTERN_SD)
-    total += max(LEAST, _ratio(who.proportions - seen.proportions, LIMB_SD, OTHERS_LIMB_SD))
-    return total + max(LEAST, _ratio(np.array([who.height - seen.height]), HEIGHT_SD, OTHERS_HEIGHT_SD))
+    total += max(MIN_LOG_RATIO, _ratio(who.proportions - seen.proportions, LIMB_SD, OTHERS_LIMB_SD))
+    return total + max(MIN_LOG_RATIO, _ratio(np.array([who.height - seen.height]), HEIGHT_SD, OTHERS_HEIGHT_SD))
 
 
 def alike(who: Appearance, seen: Appearance) -> float:
@@ -159,8 +159,8 @@ def _mean(rows: Array) -> Array:
 
 NEAR_LEGS_M = 0.6  # between the person and other legs, within which a picture may show either of them
 DOUBT_TIME_S = 4.0  # after that, in which the person may be on the legs of another
-SURE_RATIO = 1.0  # log likelihood ratio of looks from which people elsewhere may be the person …
-RATIO_MARGIN = 1.5  # … if it is so much larger than at the place where the person was thought to be
+SURE_RATIO = 1.0  # log likelihood ratio of looks from which people elsewhere may be the person
+RATIO_MARGIN = 1.5  # by which that ratio is larger than at the place where the person was thought to be
 MIN_SIGHTS = 2  # pictures in a row that show the person at other legs until those are theirs
 MAX_SIGHTS, SIGHT_PERIOD_S = 25, 0.2  # that are remembered, and between them: five seconds of undoubted following
 SETTLED_SIGHTS = 8  # of them, from which on who looks different is a stranger

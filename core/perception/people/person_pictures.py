@@ -20,8 +20,8 @@ CHEST_HEIGHT_M = 1.15  # above the floor: of whom less is in view is not asked f
 SHOULDER_HEIGHT_M = 1.4  # above the floor: of whom less is in view is found in few pictures
 MAX_DISTANCES = 2  # distances of one question
 WEDGE_SDS = 2.0  # sd of a direction within which legs may be the caller's
-BODY_MARGIN_M = 0.3  # [m] to either side that are added to it …
-MIDDLE_M = 0.15  # … where no picture shows whose legs they are
+BODY_MARGIN_M = 0.3  # [m] to either side that are added to that
+MIDDLE_M = 0.15  # [m] the same where no picture shows whose legs they are
 
 
 @dataclass(frozen=True)

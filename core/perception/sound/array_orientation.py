@@ -14,9 +14,9 @@ from core.perception.sound.settings import DirectionFindingSettings
 from core.sensors.microphones import MicrophoneArray, Sound
 
 MIN_CLAPS = 3  # claps
-SPREAD = math.radians(60)  # between the two most distant claps
+MIN_SPREAD_RAD = math.radians(60)  # between the two most distant claps
 MAX_RESIDUAL_SDS = 3.0  # standard deviations of a clap that fits
-PLACING = math.radians(3)  # [rad] how exactly a person stands where they are asked to
+PLACING_SD_RAD = math.radians(3)  # [rad] how exactly a person stands where they are asked to
 MOMENT_S = 0.01  # in which loudness is measured
 LOUD_SHARE = 0.1  # of the loudest moment's level, from which a clap or a voice has begun
 ABOVE_NOISE = 4.0  # times the usual level that the loudest moment reaches
@@ -110,10 +110,10 @@ class OrientationWizard:
         if len(self.claps) < MIN_CLAPS:
             return f"{MIN_CLAPS} claps are needed; {len(self.claps)} were heard."
         asked = np.array([one.asked for one in self.claps])
-        if np.max(np.abs(wrap_all(asked[:, None] - asked))) < SPREAD:
+        if np.max(np.abs(wrap_all(asked[:, None] - asked))) < MIN_SPREAD_RAD:
             return "The claps came all from one side; clap from another one."
         heard = np.array([one.heard for one in self.claps])
-        variance = np.array([one.sd**2 + PLACING**2 for one in self.claps])
+        variance = np.array([one.sd**2 + PLACING_SD_RAD**2 for one in self.claps])
         best: Orientation | None = None
         for side in (1.0, -1.0):
             turns = asked - side * heard

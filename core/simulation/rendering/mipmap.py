@@ -10,12 +10,12 @@ from core.message import Array
 
 Colour = tuple[float, float, float]  # blue, green, red, 0..255
 
-LIGHT = math.radians(185.0)  # where faces look that are brightest; nearly along x, so that all corners show
+LIGHT_RAD = math.radians(185.0)  # where faces look that are brightest; nearly along x, so that all corners show
 
 
 def shade(normal: float | Array) -> float | Array:
     """Direction(s) a face looks to [rad] → its brightness: neighbouring walls differ."""
-    return 0.86 + 0.20 * np.cos(np.asarray(normal) - LIGHT)
+    return 0.86 + 0.20 * np.cos(np.asarray(normal) - LIGHT_RAD)
 
 
 BOOKS: tuple[Colour, ...] = (

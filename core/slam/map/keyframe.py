@@ -9,8 +9,8 @@ from core.message import Array, message
 from core.perception.landmarks.frame_perception import Beams
 
 MAX_POINTS = 240  # of a scan that are matched, at most
-TOLERANCE_M = 0.2  # within which a point lies on what a beam met …
-TOLERANCE_SHARE = 0.03  # … or this times its distance
+TOLERANCE_M = 0.2  # within which a point lies on what a beam met
+TOLERANCE_SHARE = 0.03  # the same as a share of its distance
 BEAMS_BESIDE = 2  # beams to either side whose shortest counts: poses are not exact
 
 

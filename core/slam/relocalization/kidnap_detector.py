@@ -54,8 +54,8 @@ class LocalizationEvidence:
     agreement: float | None = None  # 0..1, on the map
     nis: float | None = None  # per degree of freedom
     unmatched: float = 0.0  # 0..1 of the sightings
-    wheels: Pose | None = None  # the move since the scan before, by the wheels …
-    scans: Pose | None = None  # … and by the scans
+    wheels: Pose | None = None  # the move since the scan before, by the wheels
+    scans: Pose | None = None  # the same move by the scans
 
 
 class KidnapDetector:

@@ -25,12 +25,12 @@ CLICK_REACH_RAD = math.radians(30)  # [rad] around the heading that came with it
 MIN_CLICK_SCORE = 0.6  # of a place near a click, at least
 MAX_CLICK_CONFLICT = 0.2  # at most
 MAX_CLICK_RIVAL = 0.92  # share of its score that another place near the click may reach
-STAYED_REACH_M = 0.3  # [m] around the former place that are searched where a click is refuted …
-STAYED_REACH_RAD = math.radians(10)  # [rad] … and around its heading
+STAYED_REACH_M = 0.3  # [m] around the former place that are searched where a click is refuted
+STAYED_REACH_RAD = math.radians(10)  # [rad] around its heading that are searched then
 STANDING_TIME_S = 0.5  # [s] before looking around: perhaps it never left
 MIN_FITTING_VIEWS = 4  # views one after the other that fit where the robot believed to be, for it never left
-UNCHECKED_SD_M = 0.5  # [m] of a click that nothing on the map can confirm …
-UNCHECKED_SD_RAD = math.radians(40)  # [rad] … and of its heading
+UNCHECKED_SD_M = 0.5  # [m] of a click that nothing on the map can confirm
+UNCHECKED_SD_RAD = math.radians(40)  # [rad] of the heading of such a click
 MIN_PLACE_SD_M = 0.03  # [m] of a found place, at least
 MIN_HEADING_SD_RAD = math.radians(1.0)  # [rad]
 
@@ -84,7 +84,7 @@ class Recovery:
         self._words = Statement("place.lost", why=why)
         self._phase: LostPhase = "searching"
         self._view: ScanView | None = None  # the newest
-        self._compared: ScanView | None = None  # … of those that were laid where the robot believed to be
+        self._compared: ScanView | None = None  # the newest that was laid where the robot believed to be
         self._fitting = 0  # how many of them fit there, one after the other
         self._odometry: Pose | None = None
         self._turned = 0.0

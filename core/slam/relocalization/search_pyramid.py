@@ -21,6 +21,7 @@ POOL_M = CELLS_PER_POOL * CELL_M  # of a coarse cell
 NEAR_WALL_M = 0.2  # around a wall where a point still belongs to it
 BEAM_SLACK_M = 0.08  # to either side of a beam that may graze a wall
 MAX_REACH_M = 12.0  # beyond which points are not searched with: they ask for finer headings
+GRAIN_M = 0.1  # of squares of which one end of a beam each is kept
 FEWEST_CELLS = 40  # occupied ones; with fewer there is nothing to be found again
 
 
@@ -35,10 +36,10 @@ class ScanView:
     misses: Array  # (M, 2) [m]: ends of those that met nothing
 
     @staticmethod
-    def of_beams(stamp: float, odometry: Pose, beams: Beams, grain: float = 0.1) -> ScanView:
+    def of_beams(stamp: float, odometry: Pose, beams: Beams) -> ScanView:
         """A scan's beams → the view.
 
-        Of the ends in each square of `grain` [m] one is kept: so that near walls count no more than far ones.
+        Of the ends in each square of GRAIN_M one is kept: so that near walls count no more than far ones.
         """
         ends, hits, mounting = beams.ends, beams.hits, beams.viewpoint
         known = np.isfinite(ends).all(axis=1)
@@ -46,8 +47,8 @@ class ScanView:
             stamp=stamp,
             odometry=odometry,
             start=np.array([mounting.x, mounting.y]),
-            points=thinned(ends[known & hits], grain),
-            misses=thinned(ends[known & ~hits], 3 * grain),
+            points=thinned(ends[known & hits], GRAIN_M),
+            misses=thinned(ends[known & ~hits], 3 * GRAIN_M),
         )
 
 

@@ -58,13 +58,13 @@ Choice = list[tuple[float, list[FsgItem]]]  # weights and the sequences that the
 
 
 @lru_cache(maxsize=4)
-def automaton(jsgf: str, heard: str = "heard") -> Automaton:
+def automaton(jsgf: str) -> Automaton:
     """A grammar in JSGF: words, rules, weights, groups, options and repetitions; no rule within itself.
 
     Alternatives are as likely as their weights say, 1 where none stands; what is optional is left out with weight 1.
     """
     written = _Written(dict(RULE.findall(jsgf)))
-    written.put_rule(heard, START_STATE, FINAL_STATE, 0.0)
+    written.put_rule("heard", START_STATE, FINAL_STATE, 0.0)
     return _numbered(_reduced(_without_detours(written.arcs)))
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from core.experiments import EXPERIMENTS
 from core.experiments.direction_ablation import ablated
-from core.experiments.direction_of_arrival import ARRAYS, DEFAULT, trials
+from core.experiments.direction_of_arrival import ARRAYS, trials
 from core.experiments.talk_in_rooms import make_scene
 from core.speech.practice_voice import practice_voice
 
@@ -35,8 +35,8 @@ def test_ours_is_better_than_as_printed_on_the_same_sounds(result: Any) -> None:
 def test_each_difference_from_the_print_is_taken_away_alone() -> None:
     rng = np.random.default_rng(6)
     scene = make_scene(rng, 0.3, practice_voice(rng, 1.5, 16000), list(ARRAYS.values()))
-    done = trials(scene, ablated(DEFAULT), (("diffuse", 10.0),))
-    errors = {name: [one.error for one in done if one.estimator == name] for name in ablated(DEFAULT)}
+    done = trials(scene, ablated(), (("diffuse", 10.0),))
+    errors = {name: [one.error for one in done if one.estimator == name] for name in ablated()}
     declared = {name: sum(one.declared for one in done if one.estimator == name) for name in errors}
     assert errors["any_misfit"] == errors["beckon"]  # it declares more of the same
     assert declared["any_misfit"] >= declared["beckon"]

@@ -10,7 +10,7 @@ from core.calibration.laser.drift import DriftSettings, Gathered, MountWatch, fi
 from core.gate import Twist
 from core.geometry import Pose, Transform
 from core.perception.landmarks.corners import Corner
-from core.perception.landmarks.edge_pairs import WINDOW, EdgePair, edge_pairs
+from core.perception.landmarks.edge_pairs import WINDOW_RAD, EdgePair, edge_pairs
 from core.perception.landmarks.edges import EdgeSettings, ImageEdge
 from core.pilot import Pilot
 from core.sensors import Camera
@@ -60,7 +60,7 @@ def test_every_edge_in_the_window_is_a_pair_not_only_the_nearest() -> None:
     true = edge_of(there, camera, camera)
     edges = tuple(
         ImageEdge(top=true.top, bottom=true.bottom, bearing=true.bearing + off)
-        for off in (-0.07, 0.03, 0.0, WINDOW + 0.01)
+        for off in (-0.07, 0.03, 0.0, WINDOW_RAD + 0.01)
     )
     offs = sorted(pair.off for pair in edge_pairs((there,), edges, Pose(), camera, SETTINGS))
     assert offs == pytest.approx([-0.07, 0.0, 0.03], abs=1e-6)
@@ -73,7 +73,7 @@ def drawn(rng: np.random.Generator, turn: float, shift: float, corners: int = 14
     sd = np.full(len(own), math.radians(0.3))
     own_error = np.repeat(rng.normal(0, math.radians(0.12), corners), each)
     true = -turn - shift * lever + own_error + rng.normal(0, sd)
-    chance = rng.uniform(-WINDOW, WINDOW, 2 * len(own))
+    chance = rng.uniform(-WINDOW_RAD, WINDOW_RAD, 2 * len(own))
     return Gathered(
         off=np.concatenate((true, chance)),
         sd=np.tile(sd, 3),
@@ -119,7 +119,7 @@ def met(rng: np.random.Generator, turn: float, seconds: float, start: float = 0.
         pairs = [
             EdgePair(position=pose.inverse().apply(places[k][None])[0], off=float(off), sd=0.005, lever=0.6)
             for k in ahead.tolist()
-            for off in (-turn + own[k] + rng.normal(0, 0.005), rng.uniform(-WINDOW, WINDOW))
+            for off in (-turn + own[k] + rng.normal(0, 0.005), rng.uniform(-WINDOW_RAD, WINDOW_RAD))
         ]
         yield stamp, pose, tuple(pairs)
 
