@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Request, Response
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from console.access.guard import Access
 from console.access.logins import Person
@@ -23,6 +23,9 @@ from console.robot.supervisor import RobotSupervisor
 from console.runtime import Runtime
 from core.robots.requests import Ask
 from core.sentences import Statement
+
+Angle = Annotated[float, Field(ge=-7, le=7)]
+"""An angle of a request [rad], once around in either direction at most: what is more is degrees."""
 
 SENTENCES = {
     400: "The request is malformed.",

@@ -7,7 +7,7 @@ from fastapi import Query, Response
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, Dispatcher, HistoryInUse, RequestBody, Who, part, router
+from console.api import Angle, Behind, Dispatcher, HistoryInUse, RequestBody, Who, part, router
 from console.control.history_store import MAX_REMEMBERED_ENTRIES, HistoryEntry
 from console.control.pending_commands import PendingCommands
 from console.http.problems import Problem
@@ -29,7 +29,7 @@ class CommandRequest(RequestBody):
     """A command for the robot, in words."""
 
     text: str = Field(max_length=2000, examples=["turn left", "continue 1.5 meters", "stop at 1 and 0.5"])
-    towards_rad: float | None = Field(default=None, ge=-7, le=7)  # world: where the person is whom it goes to
+    towards_rad: Angle | None = None  # world: where the person is whom it goes to
 
 
 class CommandReceipt(msgspec.Struct, frozen=True):

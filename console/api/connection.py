@@ -12,7 +12,7 @@ from pydantic import Field
 
 from console.access.logins import Person
 from console.access.roles import needs
-from console.api import HistoryInUse, Operator, OperatorLease, RequestBody, part, router
+from console.api import Angle, HistoryInUse, Operator, OperatorLease, RequestBody, part, router
 from console.connection.reach import masked
 from console.connection.service import LONGEST_URL, REAL_ONLY, ConnectionService, FoundAddresses, WrittenFile
 from console.control.history import History
@@ -40,7 +40,6 @@ Url = Annotated[str, Field(min_length=3, max_length=LONGEST_URL, examples=["foxg
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 Topic = Annotated[str, Field(min_length=1, max_length=200)]
 Place = Annotated[float, Field(ge=-10, le=10)]
-Angle = Annotated[float, Field(ge=-2 * math.pi, le=2 * math.pi)]
 Length = Annotated[float, Field(gt=0, le=10)]
 
 

@@ -3,10 +3,9 @@
 from typing import Annotated
 
 from fastapi import Path
-from pydantic import Field
 
 from console.access.roles import needs
-from console.api import HistoryInUse, Operator, RequestBody, part, router
+from console.api import Angle, HistoryInUse, Operator, RequestBody, part, router
 from console.calibration.microphones import ArrayCheck, MicrophoneCalibration, MicrophonesState
 
 microphones = router("microphones", 404, 409, 503, 507)
@@ -24,7 +23,7 @@ class CheckRequest(RequestBody):
 class ClapRequest(RequestBody):
     """The direction of a clap, seen from the robot: 0 is ahead, counter-clockwise."""
 
-    azimuth_rad: float = Field(ge=-7, le=7)
+    azimuth_rad: Angle
     show: bool = False
 
 

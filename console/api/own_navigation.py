@@ -6,7 +6,7 @@ import msgspec
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import RequestBody, Who, part, router
+from console.api import Angle, RequestBody, Who, part, router
 from console.control.own_navigation import OwnNavigationService
 from console.http.problems import Problem
 from core.geometry import Pose
@@ -23,7 +23,7 @@ class GoalRequest(RequestBody):
 
     x_m: Number
     y_m: Number
-    heading_rad: float = Field(default=0.0, ge=-100, le=100)
+    heading_rad: Angle = 0.0
     on: Literal["own map", "beckon"] = "own map"
 
 

@@ -7,7 +7,7 @@ from fastapi import Path
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import RequestBody, Who, part, router
+from console.api import Angle, RequestBody, Who, part, router
 from console.maps.places import MAX_ROOM_CORNERS, PlaceService
 from core.errors import BadInput
 from core.navigation.places import NamedPlace
@@ -21,7 +21,6 @@ MAX_COORDINATE_M = 10_000.0
 Places = Annotated[PlaceService, part(PlaceService)]
 PlaceName = Annotated[str, Path(min_length=1, max_length=2 * MAX_NAME_LETTERS)]
 Coordinate = Annotated[float | None, Field(ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M)]
-Heading = Annotated[float | None, Field(ge=-7, le=7)]
 RoomCorner = Annotated[
     list[Annotated[float, Field(ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M)]], Field(min_length=2, max_length=2)
 ]
@@ -36,7 +35,7 @@ class NamePlaceRequest(RequestBody):
     name: str = Field(max_length=2 * MAX_NAME_LETTERS, examples=["kitchen"])
     x_m: Coordinate = None
     y_m: Coordinate = None
-    heading_rad: Heading = None
+    heading_rad: Angle | None = None
     outline_m: list[RoomCorner] = Field(default=[], max_length=MAX_ROOM_CORNERS)
 
 
@@ -46,7 +45,7 @@ class PlaceChange(RequestBody):
     name: str | None = Field(default=None, max_length=2 * MAX_NAME_LETTERS)
     x_m: Coordinate = None
     y_m: Coordinate = None
-    heading_rad: Heading = None
+    heading_rad: Angle | None = None
 
 
 class PlaceRow(msgspec.Struct, frozen=True):

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from pydantic import Field
 
 from console.access.roles import SOUND, needs
-from console.api import Behind, HistoryInUse, OperatorLease, RequestBody, SimulatedRoom, Who, router
+from console.api import Angle, Behind, HistoryInUse, OperatorLease, RequestBody, SimulatedRoom, Who, router
 from console.speech.voice_commands import VoiceCommands
 from core.errors import BadInput
 from core.robots import requests
@@ -34,7 +34,7 @@ class PlaceRequest(RequestBody):
     what: Literal["person", "box", "robot"]
     x_m: float = Field(ge=-1000, le=1000)
     y_m: float = Field(ge=-1000, le=1000)
-    heading_rad: float = Field(default=0.0, ge=-100, le=100)
+    heading_rad: Angle = 0.0
     id: str | None = Field(default=None, max_length=40)
     size_m: float | None = Field(default=None, ge=0, le=10)
     clothes: str | None = Field(default=None, max_length=40)

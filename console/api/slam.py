@@ -8,7 +8,7 @@ from fastapi import Path
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import RequestBody, SavedMaps, Who, router
+from console.api import Angle, RequestBody, SavedMaps, Who, router
 from console.messages.map import ClosureRow, closure
 from core.message import Array
 
@@ -25,7 +25,7 @@ class RelocalizeRequest(RequestBody):
 
     x_m: float = Field(ge=-1000, le=1000)
     y_m: float = Field(ge=-1000, le=1000)
-    heading_rad: float | None = Field(default=None, ge=-100, le=100)
+    heading_rad: Angle | None = None
     force: bool = False
 
 

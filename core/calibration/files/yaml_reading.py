@@ -16,6 +16,8 @@ MAX_DEPTH = 12
 MAX_NODES = 20_000  # scalars, lists and mappings, those behind an alias counted wherever it stands
 # OpenCV's "%YAML:1.0" is no directive of YAML; "%YAML 1.1" would turn 010 into 8 and 1e-5 into a text.
 VERSION = re.compile(r"\A((?:[ \t\r]*(?:#[^\n]*)?\n)*)%YAML[: ][ \t]*1\.\d[ \t]*(?=[\r\n]|\Z)")
+# Tabs that indent nothing are blanks.
+TABS = re.compile(r"(?<=[^ \t\n])[ \t]*\t[ \t]*|^[ \t]*\t[ \t]*(?=#|\r?$)", re.MULTILINE)
 OPENCV_TAGS = "tag:yaml.org,2002:opencv-"  # !!opencv-matrix, !!opencv-nd-matrix …
 UNREADABLE = (ValueError, TypeError, LookupError, AttributeError, RecursionError)  # a tag whose value does not fit it
 
@@ -62,7 +64,7 @@ def read_yaml(text: str) -> dict[str, Any]:
     reader = YAML(typ="safe", pure=True)
     reader.Composer, reader.Constructor, reader.max_depth = LimitedComposer, CameraFileConstructor, MAX_DEPTH
     try:
-        value = reader.load(VERSION.sub(r"\1", text.lstrip("\ufeff")))
+        value = reader.load(TABS.sub(" ", VERSION.sub(r"\1", text.lstrip("\ufeff"))))
     except DuplicateKeyError as wrong:
         raise BadInput(f"The YAML gives the same name twice{_line(wrong)}.") from None
     except MaxDepthExceededError as wrong:

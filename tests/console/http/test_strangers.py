@@ -403,3 +403,19 @@ def test_what_strangers_provoke_does_not_push_the_rest_out_of_the_log(monkeypatc
     now[0] = 61.0
     assert line("accept failed\nsocket %d", 7)
     assert said == ["30 lines like “accept failed” were left out."]
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "field"),
+    [
+        ("/api/places", {"name": "Gate", "x_m": 0, "y_m": 0}, "heading_rad"),
+        ("/api/slam/here", {"x_m": 0, "y_m": 0, "force": True}, "heading_rad"),
+        ("/api/robot/navigation/goal", {"x_m": 0, "y_m": 0}, "heading_rad"),
+        ("/api/sim/place", {"what": "robot", "x_m": 0, "y_m": 0}, "heading_rad"),
+        ("/api/commands", {"text": "come here"}, "towards_rad"),
+        ("/api/calibration/microphones/clap", {}, "azimuth_rad"),
+    ],
+)
+def test_an_angle_in_degrees_is_refused(live: Live, path: str, body: dict[str, object], field: str) -> None:
+    told = live.ask("POST", path, {**body, field: 90}, token=live.operator)
+    assert told.status == 422 and [one["wrong"] for one in told.json["errors"]] == ["less_than_equal"]

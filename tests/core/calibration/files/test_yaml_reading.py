@@ -38,6 +38,7 @@ LONGEST_S = 2.0
         ("a: |\n  one\n  two\n", {"a": "one\ntwo\n"}),
         ("a: &zero [0, 0]\nb: *zero", {"a": [0, 0], "b": [0, 0]}),  # PyYAML writes a list that stands twice like this
         ("? a\n: 1", {"a": 1}),
+        ("a:\t1\nb: 2\t# m\nc: 3 \t\r\n\t\n\t# end\nd: [1,\t2]", {"a": 1, "b": 2, "c": 3, "d": [1, 2]}),
         (
             "m: !!opencv-matrix\n   rows: 1\n   cols: 2\n   dt: d\n   data: [ 1., -2.5e-01 ]",
             {"m": {"rows": 1, "cols": 2, "dt": "d", "data": [1.0, -0.25]}},
