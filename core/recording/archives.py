@@ -7,7 +7,7 @@ import numpy as np
 
 from core.errors import BadInput
 from core.geometry import Pose
-from core.recording.clocks import evenly_spread, seconds_per_unit
+from core.recording.clocks import evenly_spread, seconds_per_unit, unwrapped
 from core.recording.npz import Archive
 from core.recording.odometry_checks import believable_track
 from core.recording.read_report import BadRecord, ReadReport
@@ -135,8 +135,8 @@ def _scan_set(archive: Archive, settings: LogSettings) -> ScanRecording:
             tally.skip(str(problem), f"row {number}")
     if not scans:
         raise BadInput(f"{archive.path.name} holds no scan that can be used. {tally.reasons()}")
-    stamps = times[used] * seconds_per_unit(times[used], "t", tally)
-    stamps = evenly_spread(stamps, tally, "t")
+    stamps = unwrapped(times[used], "t", tally)
+    stamps = evenly_spread(stamps * seconds_per_unit(stamps, "t", tally), tally, "t")
     scans = in_time_order([stamped(scan, float(stamp)) for scan, stamp in zip(scans, stamps, strict=True)], tally)
     wanted = poses is not None and settings.odometry_topic != "none"
     track = believable_track("odo_raw", stamps, poses[used], None, tally) if wanted and poses is not None else None

@@ -17,7 +17,7 @@ import numpy as np
 from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array
-from core.recording.clocks import StampedStream, evenly_spread, seconds_per_unit, settled_stamps
+from core.recording.clocks import StampedStream, evenly_spread, seconds_per_unit, settled_stamps, unwrapped
 from core.recording.odometry_checks import believable_track
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording, stamped
@@ -169,9 +169,11 @@ class _Carmen:
         odometry = np.array(self._odometry).reshape(-1, 7)
         lasers, robots = beside[:, :3], beside[:, 3:]
         posed = np.isfinite(robots).all(axis=1)
-        own, logged = np.array(self._times)[used].T
+        own, logged = (unwrapped(times, "the laser", tally) for times in np.array(self._times)[used].T)
         units = seconds_per_unit(own, "the laser", tally), seconds_per_unit(logged, "the laser", tally)
-        odometry[:, :2] *= units
+        odometry[:, 0], odometry[:, 1] = (
+            unit * unwrapped(times, "ODOM", tally) for unit, times in zip(units, odometry[:, :2].T, strict=True)
+        )
         stamps = self._settled(own * units[0], logged * units[1], "the laser", tally)
         if posed.any() and np.ptp(robots[posed], axis=0).max() > 0:
             track = believable_track("the poses beside the scans", stamps[posed], robots[posed], None, tally)

@@ -34,6 +34,14 @@ MIN_PART_ROWS = 10
 MAX_PERIOD_S, MIN_PERIOD_S = 20.0, 0.001  # between scans; what lies outside is in another unit
 MAX_ODOMETRY_PERIOD_S = 1.0
 PARTS_OF_SECOND = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds", 1e3: "kiloseconds"}
+COUNTER_SPANS = (
+    2**16,
+    2**24,
+    2**31,
+    2**32,
+    *(days * 86400 * unit for days in (1, 7) for unit in (1, 10**3, 10**6, 10**9)),
+)
+MAX_COUNTER_GAP = 10.0  # periods between the last reading before a counter is full and the first after it
 DEFAULT_PERIOD_S = 0.1  # between scans that carry no times at all
 
 
@@ -140,7 +148,8 @@ def _untrue(own: Array, logged: Array) -> tuple[str, str] | None:
     if np.mean(backward) > MAX_BACKWARD_SHARE and np.count_nonzero(backward) > MAX_REPEATED:
         return "clock.backward", ""
     rate = abs(float(np.median(steps[steps != 0]))) * (len(own) - 1) / passed if np.any(steps) else 1.0
-    return None if 1 / MAX_RATE < rate < MAX_RATE else ("clock.rate", f"{rate:.3g}")
+    rates = rate, float(np.ptp(own)) / passed  # a pause spoils the one, a wrong stamp the other
+    return None if any(1 / MAX_RATE < one < MAX_RATE for one in rates) else ("clock.rate", f"{rate:.3g}")
 
 
 def at_one_rate(laser: StampedStream, wheels: StampedStream, report: ReadReport) -> None:
@@ -216,6 +225,25 @@ def evenly_spread(stamps: Array, report: ReadReport, sensor: str) -> Array:
         else:
             spread[first : first + length] = stamps[first] + span * np.arange(length) / length
     return spread
+
+
+def unwrapped(stamps: Array, sensor: str, report: ReadReport) -> Array:
+    """Times (N,) of a text log in the order of the file, in any unit → the same; a full counter goes on.
+
+    A counter of 16, 24, 31 or 32 bits, a time of day or of the week begins again at zero, or at minus its half.
+    """
+    steps = np.diff(stamps)
+    if np.count_nonzero(steps > 0) < MIN_PART_ROWS:
+        return stamps
+    near = MAX_COUNTER_GAP * float(np.median(steps[steps > 0]))
+    full = np.zeros(len(steps))
+    for span in COUNTER_SPANS:
+        began = [(first <= stamps[1:]) & (stamps[1:] < first + near) for first in (0, -span / 2)]
+        full[(steps < 0) & (steps + span >= 0) & (steps + span < near) & (began[0] | began[1])] = span
+    if not full.any():
+        return stamps
+    report.fault("clock.counter", sensor, used=True, span=f"{full.max():.0f}")
+    return stamps + np.append(0.0, np.cumsum(full))
 
 
 def seconds_per_unit(stamps: Array, sensor: str, report: ReadReport) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import UNSET, UnsetType
 
 from core.errors import BadInput
-from core.recording.clocks import evenly_spread, seconds_per_unit
+from core.recording.clocks import evenly_spread, seconds_per_unit, unwrapped
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording, stamped
 from core.recording.scans import default_angles, in_time_order, make_scan, scan_recording
@@ -160,7 +160,7 @@ def read_json_lines(path: Path, settings: LogSettings) -> ScanRecording:
             f'{path.name} holds no scans: lines like {{"t": 0.1, "ranges": [1.0, 2.0]}} are expected.{reasons}'
         )
     tally.topics = ["ranges: laser"]
-    stamps = np.array(times)
+    stamps = unwrapped(np.array(times), "the laser", tally)
     stamps = evenly_spread(seconds_per_unit(stamps, "the laser", tally) * stamps, tally, "the laser")
     dated = (stamped(scan, float(stamp)) for scan, stamp in zip(scans, stamps, strict=True))
     scans = in_time_order(list(dated), tally)

@@ -16,7 +16,14 @@ import pytest
 
 from core.errors import BadInput
 from core.recording import open_log
-from core.recording.clocks import StampedStream, longest_part, on_one_clock, seconds_per_unit, settled_stamps
+from core.recording.clocks import (
+    StampedStream,
+    longest_part,
+    on_one_clock,
+    seconds_per_unit,
+    settled_stamps,
+    unwrapped,
+)
 from core.recording.odometry_checks import believable_track
 from core.recording.read_report import ReadReport
 from core.sensors.scan_gate import RangeUnit, checked_angles
@@ -480,3 +487,69 @@ def test_what_fills_in_for_ranges_is_refused(ranges, words, tmp_path):
             for topic, kind, stamp, one in robot_messages(two)]  # fmt: skip
     with pytest.raises(BadInput, match=words):
         open_log(write_mcap(tmp_path / "filled.mcap", told))
+
+
+COUNTED = 0.2 * np.arange(100)  # [s]
+
+
+@pytest.mark.parametrize("signed", [False, True])
+@pytest.mark.parametrize(
+    ("span", "per_second"),
+    [
+        (2**16, 1e3),
+        (2**24, 1e3),
+        (2**31, 1e6),
+        (2**32, 1e6),
+        (2**32, 1e3),
+        (86400, 1.0),
+        (86400_000, 1e3),
+        (604800, 1.0),
+        (604800 * 10**6, 1e6),
+    ],
+)
+def test_a_counter_that_is_full_goes_on(span: int, per_second: float, signed: bool) -> None:
+    report = ReadReport(Path("x"))
+    counted = per_second * (COUNTED - 8.0) + (span / 2 if signed else span)
+    times = (counted + span / 2) % span - span / 2 if signed else counted % span
+    assert np.count_nonzero(np.diff(times) < 0) == 1
+    assert unwrapped(times, "laser", report) == pytest.approx(counted)
+    assert codes(report) == ["clock.counter"]
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        1.7e9 + COUNTED,
+        np.where(COUNTED > 8, COUNTED - 3, COUNTED),  # the clock was set
+        np.concatenate((COUNTED, COUNTED)),  # two recordings
+        np.concatenate((COUNTED + 65_000, COUNTED)),
+        COUNTED[::-1],
+        np.zeros(100),
+        np.full(100, np.nan),
+        np.empty(0),
+    ],
+)
+def test_times_that_are_no_full_counter_stay(times: np.ndarray) -> None:
+    report = ReadReport(Path("x"))
+    assert unwrapped(times, "laser", report) is times and codes(report) == []
+
+
+def test_a_pause_makes_no_clock_slow() -> None:
+    report = ReadReport(Path("x"))
+    times = np.where(TIMES[100] < TIMES, TIMES + 5000.0, TIMES)
+    settled, good = settled_stamps(StampedStream("laser", times, times + 0.01), report)
+    assert settled.own == pytest.approx(times) and good.all() and codes(report) == []
+
+
+def test_both_halves_of_a_log_whose_counter_was_full_are_in_their_order(tmp_path: Path) -> None:
+    lines = [one for one in carmen_lines(60) if one.startswith("FLASER")]
+
+    def at(line: str, time: float) -> str:
+        words = line.split()
+        return " ".join([*words[:-3], f"{time}", words[-2], f"{time}"])
+
+    log = tmp_path / "a.log"
+    log.write_text("\n".join(at(line, (k * 200 + 2**32 - 5000) % 2**32) for k, line in enumerate(lines)) + "\n")
+    read = open_log(log)
+    assert np.diff([one.stamp for one in read.scans]) == pytest.approx(0.2)
+    assert [one.code for one in read.report.faults] == ["clock.counter", "clock.unit"]
