@@ -267,12 +267,14 @@ class Runtime:
         self.dispatcher.ended(snapshot.endings)
         if picture is not None:
             self.camera_stream.show(picture)
-        if self._state_pace.due(time.monotonic(), self._context.situation):
-            self._tell_state()
+        self._tell_state(time.monotonic())
 
-    def _tell_state(self) -> None:
-        self._state_pace.sent(time.monotonic(), self._context.situation)
-        if self.broadcaster.watched("state") and (state := self.state()) is not None:
+    def _tell_state(self, now: float, later: float = 0.0) -> None:
+        """Send the state if it is due, as `StatePace.due`, and a viewer wants it."""
+        if not self.broadcaster.watched("state") or not self._state_pace.due(now, self._context.situation, later):
+            return
+        self._state_pace.sent(now, self._context.situation)
+        if (state := self.state()) is not None:
             self.broadcaster.publish("state", messages.encode(state).decode())
 
     # twenty times a second
@@ -296,8 +298,7 @@ class Runtime:
             self._nothing_under_way()
         for part in self.parts:
             part.tick(now)
-        if self._state_pace.due(now, self._context.situation, BEAT_S):
-            self._tell_state()
+        self._tell_state(now, BEAT_S)
 
     def sign_out(self, person: Person, why: str) -> None:
         """This person's login or key is over: they drive no more, and their sockets end."""

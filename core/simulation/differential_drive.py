@@ -27,6 +27,9 @@ class Move(NamedTuple):
     turn: float  # [rad]
 
 
+STILL = Move(0.0, 0.0)
+
+
 class DifferentialDrive:
     """The true pose of the body. Speeds follow the commanded ones with the time constant `response` [s]."""
 
@@ -72,6 +75,8 @@ class DifferentialDrive:
     def _step(self, dt: float) -> Move:
         self._wanted_age += dt
         wanted = self._wanted if self._wanted_age <= TWIST_TIMEOUT_S else ZERO
+        if self._room > 0 and not (wanted.moves or self._speed.moves):
+            return STILL
         keep = math.exp(-dt / self._response) if self._response > 0 else 0.0
         self._speed = Twist(_towards(self._speed.v, wanted.v, keep), _towards(self._speed.w, wanted.w, keep))
         move = Move(self._speed.v * dt, self._speed.w * dt)
