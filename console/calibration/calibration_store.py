@@ -1,9 +1,9 @@
 """The calibrations in use: `camera.json` and `mount.json`, each with its former versions next to it.
 
-Each has the form of `core.calibration.reports.kept`, and besides that who accepted it, when, and a checksum. A file
-that was written by hand may lack the checksum, and counts as not verified. Nothing that was accepted is ever deleted:
-when another calibration is accepted, the former one stays beside it under a name with the date, and undoing takes it
-back. The file in use is whole at every moment, also when the power fails or the disk is full.
+Each has the form of `core.calibration.reports.kept`, and besides that who accepted it, when, the name of the former
+and a checksum. A file that was written by hand may lack them, and counts as not verified. Nothing that was accepted
+is ever deleted: when another calibration is accepted, the former one stays beside it under a name with the date, and
+undoing takes it back. The file in use is whole at every moment, also when the power fails or the disk is full.
 
 A calibration that was accepted is used at once, and after every later start: `apply.calibrated` puts the camera's
 model and the mount into the robot's profile, from which perception takes both.
@@ -90,11 +90,14 @@ class CalibrationStore:
 
     def put(self, kind: CalibrationKind, document: Document, report: Document, who: str) -> None:
         """Use it from now on. Raises BadInput for a document that does not hold together, Unwritable."""
-        whole = sealed({**document, "accepted": {"when_s": time.time(), "who": who, "report": report}})
-        checked(whole, kind)
         path = self._folder / f"{NAMES[kind]}.json"
         with self._turn:
-            with saving("The calibration could not be saved"), replacing(path, lambda: self._put_aside(path)) as file:
+            aside = aside_of(path)
+            former = aside.name if path.is_file() else None
+            accepted = {"when_s": time.time(), "who": who, "report": report, "former": former}
+            whole = sealed({**document, "accepted": accepted})
+            checked(whole, kind)
+            with saving("The calibration could not be saved"), replacing(path, lambda: keep(path, aside)) as file:
                 file.write(json.dumps(whole, indent=1).encode())
             self._documents[kind] = whole
             self.left_out.pop(kind, None)
@@ -112,7 +115,7 @@ class CalibrationStore:
             path = self._folder / f"{NAMES[kind]}.json"
             with saving("The calibration could not be taken back"):
                 former = self._former(kind)
-                self._put_aside(path, "taken-back-")
+                keep(path, aside_of(path, "taken-back-"))
                 if former is None:
                     path.unlink(missing_ok=True)
                 else:
@@ -132,9 +135,13 @@ class CalibrationStore:
                 self._formers.add(kind)
 
     def _former(self, kind: CalibrationKind) -> tuple[Path, Document] | None:
-        """The newest former that can be used; a damaged one is passed over and stays. Raises OSError."""
+        """The former that can be used: the one in use names it, else the newest by its date.
+
+        A damaged one is passed over and stays. Raises OSError.
+        """
+        named = (self._documents.get(kind, {}).get("accepted") or {}).get("former")
         formers = self._folder.glob(f"{NAMES[kind]}-[0-9]*.json")
-        for path in sorted(formers, key=lambda former: former.stem, reverse=True):
+        for path in sorted(formers, key=lambda former: (former.name == named, former.stem), reverse=True):
             try:
                 return path, read(path, kind)
             except BeckonError as wrong:
@@ -148,20 +155,19 @@ class CalibrationStore:
         now, used = (numbers_of(kind, document) for document in (report, mine))
         return {name: (value, used[name]) for name, value in now.items() if name in used}
 
-    def _put_aside(self, path: Path, why: str = "") -> None:
-        """The file, if there is one, stays under a second name. Raises OSError."""
-        if path.is_file():
-            keep(path, self._aside(path, why))
 
-    def _aside(self, path: Path, why: str = "") -> Path:
-        stamp = time.strftime("%Y-%m-%dT%H-%M-%SZ", time.gmtime())
-        name = f"{path.stem}-{why}{stamp}"
-        free = (path.with_name(f"{name}{f'-{number:03d}' if number else ''}.json") for number in range(1000))
-        return next(each for each in free if not each.exists())
+def aside_of(path: Path, why: str = "") -> Path:
+    """A free second name for the file, with the date."""
+    stamp = time.strftime("%Y-%m-%dT%H-%M-%SZ", time.gmtime())
+    name = f"{path.stem}-{why}{stamp}"
+    free = (path.with_name(f"{name}{f'-{number:03d}' if number else ''}.json") for number in range(1000))
+    return next(each for each in free if not each.exists())
 
 
 def keep(path: Path, aside: Path) -> None:
-    """The file under a second name, which stays when the first is given to another. Raises OSError."""
+    """The file, if any, under a second name, which stays when the first is given to another. Raises OSError."""
+    if not path.is_file():
+        return
     try:
         os.link(path, aside)
     except OSError:  # no links on this disk

@@ -253,6 +253,18 @@ def test_a_former_of_a_clock_that_was_never_set_is_taken_back(
     assert kept.camera is not None and kept.camera.fx == as_restarted(tmp_path) == 301.0
 
 
+def test_the_former_of_a_clock_that_was_set_back_is_taken_back_before_one_of_a_later_date(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = accepted(tmp_path, 301.0, 302.0)
+    clock = SimpleNamespace(time=time.time, strftime=time.strftime, gmtime=lambda: time.gmtime(60.0))
+    monkeypatch.setattr("console.calibration.calibration_store.time", clock)
+    kept.put("camera", document(303.0), {"fx": 303.0}, "someone")
+    for former in (302.0, 301.0):
+        kept.undo("camera")
+        assert kept.camera is not None and kept.camera.fx == as_restarted(tmp_path) == former
+
+
 def test_a_digit_that_changed_after_it_was_saved_is_told_and_not_used(tmp_path: Path) -> None:
     accepted(tmp_path, 510.0)
     path = tmp_path / "camera.json"
