@@ -129,3 +129,15 @@ def test_what_is_pressed_is_large_enough_and_the_page_reflows(visit: Open, fleet
             wide = here.page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
             assert wide <= 0, (path, size, wide)
     assert {where: what for where, what in small.items() if what} == {}
+
+
+def test_in_the_colours_of_the_system_what_is_chosen_is_told_from_what_is_not(visit: Open) -> None:
+    here = visit()
+    here.page.emulate_media(forced_colors="active")
+    groups = ("map-switch button", "drive-pad .preset", "tab-card [role=tab]", ".pages-link")
+    for buttons in groups:
+        chosen = here.find(f"{buttons}:is([aria-pressed=true], [aria-selected=true], [aria-current])").first
+        other = here.find(f"{buttons}:not([aria-pressed=true], [aria-selected=true], [aria-current])").first
+        expect(chosen).to_be_visible()
+        grounds = [one.evaluate("one => getComputedStyle(one).backgroundColor") for one in (chosen, other)]
+        assert grounds[0] != grounds[1], buttons
