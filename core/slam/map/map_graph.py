@@ -32,10 +32,12 @@ def reweighted(coarse: EdgeTable, fine: EdgeTable, headings: Array) -> EdgeTable
     if not len(fine) or not len(coarse):
         return coarse
     part, information = _parts(fine, len(headings)), _information(fine, headings)
+    informed, left = information[:, 2, 2] > 0.0, np.zeros_like(information)
+    left[informed] = np.linalg.inv(information[informed])
     a, b = coarse.a, coarse.b
     known = (part[a] == part[b]) & (np.abs(coarse.covariances).max(axis=(1, 2)) < MAX_VARIANCE)
-    rows = np.flatnonzero(known & (information[a, 2, 2] > 0.0) & (information[b, 2, 2] > 0.0))
-    both = np.linalg.inv(np.linalg.inv(information[a[rows]]) + np.linalg.inv(information[b[rows]]))
+    rows = np.flatnonzero(known & informed[a] & informed[b])
+    both = np.linalg.inv(left[a[rows]] + left[b[rows]])
     turn, own = _turns(headings[a[rows]]), coarse.covariances[rows]
     both = turn.transpose(0, 2, 1) @ both @ turn
     grown = own + ADDED_SD**2 @ both @ ADDED_SD**2

@@ -233,8 +233,9 @@ def _order(edges: EdgeTable, count: int) -> Array:
 
 
 def _factor(system: Any, order: str) -> Any:
+    """`relax` 1: blocks of single columns are not merged into larger ones with zeros, as the order leaves few."""
     options = {"SymmetricMode": True}
-    return scipy.sparse.linalg.splu(system, permc_spec=order, diag_pivot_thresh=0.0, options=options)
+    return scipy.sparse.linalg.splu(system, permc_spec=order, diag_pivot_thresh=0.0, relax=1, options=options)
 
 
 def compose_covariance(base: Pose, spread: Array, local: Pose, inner: Array) -> Array:
