@@ -210,42 +210,68 @@ def _at_distance(
         shift, place = np.unravel_index(int(rank.argmax()), rank.shape)
         if not np.isfinite(rank[shift, place]) or sum(not one.stranger for one in found) >= 3:
             return found
-        value, shown = values[shift, place], weight[shift, place]
-        single, shares = likely[:, shift, place], inside[:, shift, place]
-        angle, away = bearing + math.atan2(left[place], distance), math.hypot(distance, left[place])
-        height = MODEL_HEIGHT_M + SHIFTS[shift] / CELLS_PER_METRE
-        enough = _threshold(float(shown), settings)
-        own = value, float(rank[shift, place]), single
-        known = who is None and value >= enough
-        if who is not None and _liked(1.0, single, shares)[0] >= enough:  # otherwise no colours make it that one
-            like = alike(who.looks, colours_seen(boards, away, angle, height))
-            own = _liked(like, single, shares)
-            known = own[0] >= enough and like >= settings.alike
-        if known:
-            value, _, single = own
-        if known or value >= enough:
-            parts = tuple(
-                _seen_part(boards, part, away, angle, SHIFTS[shift], float(k), float(share))
-                for part, k, share in zip(PARTS, single, shares, strict=True)
-            )
-            body = _box(boards, away, angle, (height, 0.0), BODY)
-            found.append(
-                Rectangle(
-                    value=float(value),
-                    shown=float(shown),
-                    distance=away,
-                    bearing=angle,
-                    height=height,
-                    parts=parts,
-                    centre=((body[0] + body[2]) / 2, (body[1] + body[3]) / 2),
-                    box=body,
-                    rank=own[1] if known else float(rank[shift, place]),
-                    stranger=not known,
-                )
-            )
+        fit = _Fit(
+            distance=math.hypot(distance, left[place]),
+            bearing=bearing + math.atan2(left[place], distance),
+            shift=SHIFTS[shift],
+            value=float(values[shift, place]),
+            rank=float(rank[shift, place]),
+            shown=float(weight[shift, place]),
+            likelihoods=likely[:, shift, place],
+            shares=inside[:, shift, place],
+        )
+        person = _person_at(fit, boards, settings, who)
+        if person is not None:
+            found.append(person)
         elif rank[shift, place] < 0:
             return found
         rank[:, max(0, place - BODY_COLUMNS // 2) : place + BODY_COLUMNS // 2 + 1] = -np.inf
+
+
+class _Fit(NamedTuple):
+    """A place on a plane, and how well a body fits there."""
+
+    distance: float  # [m] from the camera
+    bearing: float  # [rad]
+    shift: int  # [cell] by which the body is higher than the model's
+    value: float  # K
+    rank: float
+    shown: float  # 0..1: weight of the parts that are in the picture
+    likelihoods: Array  # (3,): K_i of the parts
+    shares: Array  # (3,): of the parts that are in the picture
+
+
+def _person_at(
+    fit: _Fit, boards: VerticalPlanes, settings: PeopleSettings, who: PersonProfile | None
+) -> Rectangle | None:
+    """The person at that place, a stranger where it is not the one in the search list; None: nobody."""
+    height = MODEL_HEIGHT_M + fit.shift / CELLS_PER_METRE
+    enough = _threshold(fit.shown, settings)
+    value, rank, likelihoods = fit.value, fit.rank, fit.likelihoods
+    known = who is None and value >= enough
+    if who is not None and _liked(1.0, likelihoods, fit.shares)[0] >= enough:  # else no colours make it that one
+        like = alike(who.looks, colours_seen(boards, fit.distance, fit.bearing, height))
+        liked = _liked(like, likelihoods, fit.shares)
+        if liked[0] >= enough and like >= settings.alike:
+            known, (value, rank, likelihoods) = True, liked
+    if not known and value < enough:
+        return None
+    box = _box(boards, fit.distance, fit.bearing, (height, 0.0), BODY)
+    return Rectangle(
+        value=value,
+        shown=fit.shown,
+        distance=fit.distance,
+        bearing=fit.bearing,
+        height=height,
+        parts=tuple(
+            _seen_part(boards, part, fit.distance, fit.bearing, fit.shift, float(k), float(share))
+            for part, k, share in zip(PARTS, likelihoods, fit.shares, strict=True)
+        ),
+        centre=((box[0] + box[2]) / 2, (box[1] + box[3]) / 2),
+        box=box,
+        rank=rank,
+        stranger=not known,
+    )
 
 
 def _liked(like: float, single: Array, shares: Array) -> tuple[float, float, Array]:
