@@ -212,7 +212,7 @@ def under_attack(effort: Effort) -> Iterator[RowFigure]:
             time.sleep(2.0)
             figures = strangers.measured(running, strangers.CASES[name], 20 * effort.trials)
         yield RowFigure(f"STOP, p99, {name}", figures["stop_ms"]["p99"], "ms", 25.0, 20 * effort.trials)
-    figures = strangers.everything(100 * effort.trials)
+    figures = strangers.all_at_once(100 * effort.trials)
     for what, values in (("STOP", "stop_ms"), ("lateness of the pilot", "pilot_late_p99_ms")):
         figure, name = figures[values], "52 viewers, calibration, recording, four strangers"
         yield RowFigure(f"{what}, p99, {name}", figure.get("p99", figure["max"]), "ms", 25.0, 100 * effort.trials)
