@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import BadInput
+from core.geometry import wrap_all
 from core.message import Array
 from core.sensors.checks import refusal
 
@@ -66,11 +67,13 @@ def _read_csv(path: Path) -> list[Array]:
     table = table * [unit for _, unit in columns]
     if {"angle", "range"} <= set(names):
         points = table[:, [names.index("angle"), names.index("range")]]
-        breaks = np.flatnonzero(np.diff(points[:, 0]) < -0.1) + 1
+        around = wrap_all(points[:, 0])  # 0 to 2π as well as -π to π
+        breaks = np.flatnonzero((np.diff(points[:, 0]) < -0.1) & (np.diff(around) < -0.1)) + 1
         angles = points[np.isfinite(points[:, 0]), 0]
         if len(angles) and np.ptp(angles) > WIDEST:
             first, last = f"{angles.min():.4g}", f"{angles.max():.4g}"
             raise refusal("laser.degrees", path.name, first=first, last=last)
+        points[:, 0] = around
     elif {"x", "y"} <= set(names):
         points, breaks = polar(table[:, [names.index("x"), names.index("y")]]), np.empty(0, int)
     else:

@@ -1,3 +1,4 @@
+import math
 import struct
 import time
 from pathlib import Path
@@ -221,3 +222,19 @@ def test_degrees_that_no_column_names_are_refused_as_degrees(tmp_path: Path) -> 
     (tmp_path / "scan.csv").write_text("angle,range\n" + "\n".join(f"{bearing},2.5" for bearing in range(-135, 136)))
     with pytest.raises(BadInput, match="from -135 to 135, more than a full turn"):
         read_scans(tmp_path / "scan.csv")
+
+
+@pytest.mark.parametrize("heading", ["angle,range", "angle_deg,range"])
+@pytest.mark.parametrize("begin", [0.0, math.pi / 2, -math.pi])
+def test_angles_count_from_anywhere(tmp_path: Path, heading: str, begin: float) -> None:
+    angles = np.radians(np.arange(-135.0, 135.5, 1.0))
+    ranges = 2 + 0.5 * np.cos(angles)
+    counted = (angles - begin) % (2 * math.pi) + begin
+    unit = 180 / math.pi if "deg" in heading else 1.0
+    for order in (np.arange(len(angles)), np.argsort(counted)):
+        file = tmp_path / "scan.csv"
+        rows = np.column_stack((unit * counted, ranges))[order]
+        file.write_text("\n".join([heading, *(f"{angle:.6f},{distance:.6f}" for angle, distance in rows)]))
+        bearings, found = read_scans(file)
+        assert bearings == pytest.approx(angles, abs=1e-5)
+        assert np.nanmean(found, axis=0) == pytest.approx(ranges, abs=1e-5)
