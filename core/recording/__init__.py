@@ -140,7 +140,7 @@ def _text(path: Path, ids: Ids, settings: LogSettings) -> Recording:
         if line.startswith("{") and not begun:
             return json_scan.read_json_lines(path, settings)
         begun = begun or bool(line)
-        if line.startswith(("ODOMETRY ", "LANDMARK ")):
+        if line.split(maxsplit=1)[:1] in (["ODOMETRY"], ["LANDMARK"]):
             return victoria_park.read(path, ids, settings)
         if carmen.is_known(line):
             return carmen.read(path, settings)

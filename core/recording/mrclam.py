@@ -34,7 +34,7 @@ def read_columns(path: Path, columns: int, largest: int, tally: ReadReport) -> A
     for number, line in text:
         if not line or line.startswith("#"):
             continue
-        words = line.split()
+        words = line.replace(",", " ").replace(";", " ").split()
         try:
             row = [float(word) for word in words[:columns]]
         except ValueError:

@@ -1,5 +1,6 @@
 """The common part of every reader of sightings logs, once the columns are understood."""
 
+import math
 from pathlib import Path
 from typing import Literal
 
@@ -17,6 +18,7 @@ Ids = Literal["given", "hidden"]
 """The filter may or may not see the identities in the file."""
 
 MOST_ROWS = 5_000_000
+MAX_MOVE_M, MAX_SIGHTING_M = 20.0, 100.0  # between two steps, and of what is sighted: half of a log has less
 
 
 class SightingSteps:
@@ -58,7 +60,16 @@ class SightingSteps:
         """All steps → the recording. Raises BadInput when nothing was seen at all."""
         if not any(step.sightings for step in self._steps):
             raise BadInput(f"{path.name} holds no sighting that can be used. {self._tally.reasons()}".strip())
+        self._check_units()
         return SightingRecording(path=path, steps=tuple(self._steps), report=self._tally.report(form))
+
+    def _check_units(self) -> None:
+        """Say it where moves or sightings are longer than any robot's."""
+        moves = [math.hypot(step.increment.pose.x, step.increment.pose.y) for step in self._steps]
+        ranges = [one.range for step in self._steps for one in step.sightings]
+        move, distance = float(np.median(moves)), float(np.median(ranges))
+        if move > MAX_MOVE_M or distance > MAX_SIGHTING_M:
+            self._tally.fault("sighting.units", used=True, move=f"{move:.4g}", range=f"{distance:.4g}")
 
 
 def grouped(keys: Array, rows: Array) -> dict[int, Array]:

@@ -1,6 +1,7 @@
 """Archives and text of sightings, and scan sets: columns, steps, identities, noise."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -240,3 +241,32 @@ def test_a_log_of_two_robots_in_turns_is_not_believed(tmp_path, mixed):
     log = open_log(path)
     assert [one.code for one in log.report.faults] == ["robots.mixed"] * len(mixed)
     assert (log.track is None) is bool(mixed)
+
+
+@pytest.mark.parametrize(
+    ("move", "away", "found"),
+    [(0.1, 2.0, []), (15.0, 60.0, []), (100.0, 2.0, ["sighting.units"]), (0.1, 2000.0, ["sighting.units"])],
+)
+@pytest.mark.parametrize("between", [" ", "\t"])
+def test_a_sightings_log_in_another_unit_has_that_said(
+    tmp_path: Path, move: float, away: float, found: list[str], between: str
+) -> None:
+    lines = [
+        f"ODOMETRY {k} {k + 1} {move} 0 0.01 1 0 0 1 0 1\nLANDMARK {k} {1000 + k % 3} {away} 0.5 1 0 1"
+        for k in range(9)
+    ]
+    log = tmp_path / "park.txt"
+    log.write_text("\n".join(lines).replace(" ", between) + "\n")
+    assert [one.code for one in open_log(log).report.faults] == found
+
+
+@pytest.mark.parametrize("between", [" ", "\t", ",", ", ", ";"])
+def test_the_tables_of_a_folder_may_have_any_sign_between_their_numbers(tmp_path: Path, between: str) -> None:
+    tables = {
+        "Barcodes": "6 63\n",
+        "Robot1_Odometry": "".join(f"{k / 10} 0.1 0.0\n" for k in range(50)),
+        "Robot1_Measurement": "".join(f"{k / 2} 63 2.0 0.1\n" for k in range(1, 9)),
+    }
+    for name, table in tables.items():
+        (tmp_path / f"{name}.dat").write_text(table.replace(" ", between))
+    assert len(open_log(f"{tmp_path}#1").steps) == 8
