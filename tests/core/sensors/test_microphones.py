@@ -85,7 +85,7 @@ def test_profiles_that_cannot_be_are_refused_in_a_sentence(tmp_path, text, words
 def test_a_profile_that_is_no_text_or_is_absent_is_refused(tmp_path):
     (tmp_path / "b.toml").write_bytes(b"\xff\xfe\x00")
     (tmp_path / "huge.toml").write_bytes(b"#" * 200_000)
-    for name, words in (("b.toml", "cannot be read"), ("none.toml", "respeaker-odas"), ("huge.toml", "too large")):
+    for name, words in (("b.toml", "not a text file"), ("none.toml", "respeaker-odas"), ("huge.toml", "too large")):
         with pytest.raises(BadInput, match=words):
             load_array(tmp_path / name)
 
