@@ -151,7 +151,8 @@ class Drive:
 
     def print_contact(self) -> None:
         """What led to a contact: the last seconds of the robot, its setpoint, the people and the nearest thing."""
-        print_row(contact_at=round(self.live.robot.now, 2), robot_stood=self.stood, before=list(self._before))
+        now = round(self.live.robot.now, 2)
+        print_row({"contact_at": now, "robot_stood": self.stood, "before": list(self._before)})
 
     @property
     def stood(self) -> bool:
@@ -471,7 +472,8 @@ def one_route(drive: Drive, number: int) -> dict[str, int]:
     stops_, took = len(run.route.stops), drive.live.robot.now - begun
     reached = run.stop - run.skipped + (run.reason in AT_THE_LAST_STOP)
     state = run.state if over else "too slow"
-    print_row(route=number, reached=reached, of=stops_, state=state, reason=run.reason, seconds=round(took))
+    row = {"route": number, "reached": reached, "of": stops_, "state": state, "reason": run.reason}
+    print_row(row | {"seconds": round(took)})
     stated = reached == stops_ or bool(over and run.reason)
     drive.end()
     drive.put_right()
@@ -510,17 +512,17 @@ def main(
                     injected.append(inject(drive, fault, number))
                     print_row(injected[-1])
             seen = drive.sums
-            print_row(
-                **dict(sums),
-                frames=seen["frames"],
-                contacts=seen["contacts"] if seen["frames"] else None,
-                contacts_standing=seen["contacts_standing"],
-                near_keep_out=seen["near_keep_out"],
-                in_keep_out=seen["in_keep_out"] if seen["near_keep_out"] else None,
-                in_slow=seen["in_slow"],
-                too_fast_in_slow=seen["too_fast_in_slow"] if seen["in_slow"] else None,
-                trace_faults=drive.live.robot.faults()[:3],
-            )
+            true = {
+                "frames": seen["frames"],
+                "contacts": seen["contacts"] if seen["frames"] else None,
+                "contacts_standing": seen["contacts_standing"],
+                "near_keep_out": seen["near_keep_out"],
+                "in_keep_out": seen["in_keep_out"] if seen["near_keep_out"] else None,
+                "in_slow": seen["in_slow"],
+                "too_fast_in_slow": seen["too_fast_in_slow"] if seen["in_slow"] else None,
+                "trace_faults": drive.live.robot.faults()[:3],
+            }
+            print_row({**sums, **true})
             if restarts:
                 drive.route(999, loop=True)
                 kept = (home / "route.json").read_bytes()

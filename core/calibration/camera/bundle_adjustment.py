@@ -33,7 +33,7 @@ class Corners(NamedTuple):
     @property
     def views_used(self) -> Array:
         """(M,) bool: views of which any corner takes part."""
-        return self.used.any(axis=1)
+        return np.count_nonzero(self.used, axis=1) > 0
 
     def take(self, which: Array | slice) -> Corners:
         """The chosen views."""

@@ -327,7 +327,7 @@ def _solve_robustly(everything: Corners, size: tuple[int, int], open_views: Arra
     solution = _with_all(_for_start(everything), part, some, mapping, SOFT_LOSS_PX, START_CLOSE)
     used = _fitting(everything, solution) & open_views[:, None]
     for _ in range(MAX_SOLVE_ROUNDS):
-        kept = used.any(axis=1)
+        kept = np.count_nonzero(used, axis=1) > 0
         some = Corners(everything.points, everything.pixels[kept], used[kept])
         part = bundle_adjustment.refine(some, BundleSolution(solution.camera, solution.poses.take(kept)), PAPER)
         if not used.all():
