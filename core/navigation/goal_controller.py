@@ -68,10 +68,8 @@ class GoalController:
     MAX_DETOURS = 3  # in a row, each shut when it was come near, after which there is no way
     MIN_DETOUR_M = 0.3  # [m] by which a detour is longer than what was left of the way
     FORGET_DETOURS_M = 0.5  # [m] by which less must be left than ever before so that detours are forgotten
-    MIN_GAIN_M, GAIN_TIME_S = (
-        0.1,
-        30.0,
-    )  # [m], [s] of way that is gained again and again, whatever is planned meanwhile
+    MIN_GAIN_M = 0.1  # [m] of way that is gained again and again, whatever is planned meanwhile
+    GAIN_TIME_S = 30.0  # [s] in which it is
 
     def __init__(
         self, aim: GoalAim, ctx: ControlContext, *, lasting: bool = False, cruise: float | None = None

@@ -14,8 +14,8 @@ from core.sensors.microphones import joined
 
 LENGTH = struct.Struct("<Q")
 LONGEST_SOUND = 3.0  # [s] that may wait unsent
-MIN_STANDING_RATE_HZ = 16.0  # of frames that are often enough while the robot stands …
-RESTING_RATE_HZ = 10.0  # … and while nobody looks, either
+MIN_STANDING_RATE_HZ = 16.0  # of frames that are often enough while the robot stands
+RESTING_RATE_HZ = 10.0  # of frames that are often enough while it stands and nobody looks
 MAX_WAITING_ANSWERS = 64  # that may wait; more are dropped
 
 
