@@ -75,8 +75,8 @@ def run(chosen: argparse.Namespace) -> int:
 def _warned(looked: Iterator[LookedPicture]) -> Iterator[LookedPicture]:
     """The same answers; each says what went wrong."""
     for one in looked:
-        if "error" in one:
-            tell(f"{one['picture']}: {one['error']}")
+        if trouble := one.get("error") or one.get("remark"):
+            tell(f"{one['picture']}: {trouble}")
         yield one
 
 

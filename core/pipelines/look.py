@@ -36,6 +36,7 @@ MIN_DISTANCE_M, MAX_DISTANCE_M = 0.2, 100.0
 EYE_HEIGHT_M = 1.15  # above the floor, for the detector that needs a height
 EVERY_S = 1.0  # between the pictures of a recording
 MAX_SIDE_PX = 1280  # of a picture's longer side; larger ones are shrunk before they are looked at
+MIN_CONTRAST, MAX_BLACK = 20.0, 50.0  # of 255: between dark and bright of a picture; of the bright of a black one
 MOST_QUESTIONS, MOST_BYTES = 20_000, 8 * 2**20  # of a file with questions
 COLOURS = ((80, 200, 255), (90, 220, 90), (255, 170, 60))  # of head, torso and feet, blue-green-red
 
@@ -81,6 +82,7 @@ class LookedPicture(TypedDict):
     processing_s: float  # for looking, without reading the file
     drawing: NotRequired[str]  # the annotated picture
     t_s: NotRequired[float]  # of a recorded picture, from the first one
+    remark: NotRequired[str]  # why nobody could be seen in the picture
     error: NotRequired[str]  # why the picture was not looked at
 
 
@@ -217,9 +219,19 @@ def _answered(
     found, factor = _found(question, camera, pixels, detector)
     answer["processing_s"] = round(time.perf_counter() - began, 4)
     answer["people"] = [_person(one, factor) for one in found]
+    if remark := _contrast_remark(pixels):
+        answer["remark"] = remark
     if drawing is not None:
         answer["drawing"] = save(drawing, drawn(pixels, answer["people"]))
     return answer
+
+
+def _contrast_remark(pixels: Array) -> str:
+    """A sentence where nobody could be seen in a picture (H, W, 3), or ""."""
+    dark, bright = np.percentile(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), (1, 99))
+    if bright - dark >= MIN_CONTRAST:
+        return ""
+    return f"The picture is nearly {'black' if bright < MAX_BLACK else 'of one shade'}: nobody could be seen in it."
 
 
 def _camera(question: PictureQuestion, model: CameraModel | None, pixels: Array) -> Camera:

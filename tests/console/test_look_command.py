@@ -43,6 +43,16 @@ def test_someone_in_a_direction_is_answered_with_parts_and_k(folder, capsys) -> 
     assert answer(capsys, folder / "none.png")["people"] == []
 
 
+@pytest.mark.parametrize(
+    ("shades", "said"), [((2, 20), "nearly black"), ((120, 130), "nearly of one shade"), ((40, 70), "")]
+)
+def test_a_picture_in_which_nobody_could_be_seen_is_told(tmp_path, capsys, shades, said) -> None:
+    drawn = np.random.default_rng(3).integers(*shades, (240, 320, 1)).repeat(3, axis=2)
+    cv2.imwrite(str(tmp_path / "night.png"), drawn)
+    found = answer(capsys, tmp_path / "night.png")
+    assert found["people"] == [] and said in found.get("remark", "") and ("remark" in found) == bool(said)
+
+
 def test_many_questions_are_answered_in_their_order(folder, capsys) -> None:
     rows = [
         {"picture": "one.png", "azimuth_rad": -0.17, "distance_m": 3.3, "fov_rad": 1.05},
