@@ -141,18 +141,20 @@ class Drive:
         if touching and not self._touching:
             self.sums["contacts"] += 1
             self.sums["contacts_standing"] += self.stood
-            self.print_contact()
+            self.print_what_led_to("contact")
         self._touching = touching
         self.sums["near_keep_out"] += within(KEEP_OUT_ZONE_M, *at, NEAR_M)
         self.sums["in_keep_out"] += within(KEEP_OUT_ZONE_M, *at)
         in_slow = within(SLOW_ZONE_M, *at)
+        too_fast = in_slow and abs(self.live.robot.status().v) > SLOW_M_S + 1e-6
         self.sums["in_slow"] += in_slow
-        self.sums["too_fast_in_slow"] += in_slow and abs(self.live.robot.status().v) > SLOW_M_S + 1e-6
+        self.sums["too_fast_in_slow"] += too_fast
+        if too_fast:
+            self.print_what_led_to("too fast")
 
-    def print_contact(self) -> None:
-        """What led to a contact: the last seconds of the robot, its setpoint, the people and the nearest thing."""
-        now = round(self.live.robot.now, 2)
-        print_row({"contact_at": now, "robot_stood": self.stood, "before": list(self._before)})
+    def print_what_led_to(self, what: str) -> None:
+        """The last seconds of the robot, by truth and by estimate, its setpoint, the people and the nearest thing."""
+        print_row({"what": what, "robot_stood": self.stood, "before": list(self._before)})
 
     @property
     def stood(self) -> bool:
@@ -166,10 +168,12 @@ class Drive:
         robot = self.live.robot.robot
         world, status = robot._world, self.live.robot.status()  # type: ignore[attr-defined]
         people = [one.pose for one in self.people]
+        believed = self.live.runtime.snapshot.estimate.pose
         self._before.append(
             {
                 "s": round(self.live.robot.now, 2),
                 "robot": [round(value, 3) for value in (true.x, true.y, true.heading)],
+                "believed": [round(value, 3) for value in (believed.x, believed.y, believed.heading)],
                 "gate": [round(status.v, 3), round(status.w, 3)],
                 "limit": status.limit_v,
                 "blocked_by": status.blocked_by,
