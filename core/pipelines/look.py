@@ -36,7 +36,8 @@ MIN_DISTANCE_M, MAX_DISTANCE_M = 0.2, 100.0
 EYE_HEIGHT_M = 1.15  # above the floor, for the detector that needs a height
 EVERY_S = 1.0  # between the pictures of a recording
 MAX_SIDE_PX = 1280  # of a picture's longer side; larger ones are shrunk before they are looked at
-MIN_CONTRAST, MAX_BLACK = 20.0, 50.0  # of 255: between dark and bright of a picture; of the bright of a black one
+MIN_CONTRAST_LEVELS = 20.0  # of 255, between the dark and the bright of a picture in which people could be seen
+MAX_BLACK_LEVEL = 50.0  # of 255, of the bright of a black picture
 MOST_QUESTIONS, MOST_BYTES = 20_000, 8 * 2**20  # of a file with questions
 COLOURS = ((80, 200, 255), (90, 220, 90), (255, 170, 60))  # of head, torso and feet, blue-green-red
 
@@ -229,9 +230,10 @@ def _answered(
 def _contrast_remark(pixels: Array) -> str:
     """A sentence where nobody could be seen in a picture (H, W, 3), or ""."""
     dark, bright = np.percentile(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), (1, 99))
-    if bright - dark >= MIN_CONTRAST:
+    if bright - dark >= MIN_CONTRAST_LEVELS:
         return ""
-    return f"The picture is nearly {'black' if bright < MAX_BLACK else 'of one shade'}: nobody could be seen in it."
+    shade = "black" if bright < MAX_BLACK_LEVEL else "of one shade"
+    return f"The picture is nearly {shade}: nobody could be seen in it."
 
 
 def _camera(question: PictureQuestion, model: CameraModel | None, pixels: Array) -> Camera:

@@ -195,21 +195,21 @@ def test_what_a_crash_left_is_removed_and_nothing_else(tmp_path: Path) -> None:
     ]
 
 
-ARRAY = "positions_m = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]\n"
-CAMERA = (
+ARRAY_TOML = "positions_m = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]\n"
+CAMERA_YAML = (
     "image_width: 640\nimage_height: 480\ndistortion_model: plumb_bob\n"
     "camera_matrix: {rows: 3, cols: 3, data: [500, 0, 320, 0, 500, 240, 0, 0, 1]}\n"
     "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n"
 )
-CORNERS = '{"one.png": [[0, 0], [9, 0], [9, 9], [0, 9]]}\n'
+CORNERS_JSON = '{"one.png": [[0, 0], [9, 0], [9, 9], [0, 9]]}\n'
 TEXT_READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "settings": ("[ekf]\ngate = 9.0\n", load),
     "robot file": ('url = "sim:lab"\n', load_robot_file),
-    "array profile": (ARRAY, load_array),
+    "array profile": (ARRAY_TOML, load_array),
     "phrases": ('turn_left = ["swing over there"]\n', lambda path: own_phrases(str(path))),
     "URDF": ('<robot name="r"><link name="base_link"/></robot>\n', load_body),
-    "camera": (CAMERA, read_camera),
-    "marked corners": (CORNERS, lambda path: marked_corners(path, ["one.png"])),
+    "camera": (CAMERA_YAML, read_camera),
+    "marked corners": (CORNERS_JSON, lambda path: marked_corners(path, ["one.png"])),
     "questions": ('[{"picture": "one.png"}]\n', read_questions),
     "what was said": ("turn left\n", read_text),
 }

@@ -489,7 +489,7 @@ def test_what_fills_in_for_ranges_is_refused(ranges, words, tmp_path):
         open_log(write_mcap(tmp_path / "filled.mcap", told))
 
 
-COUNTED = 0.2 * np.arange(100)  # [s]
+SCAN_STAMPS_S = 0.2 * np.arange(100)
 
 
 @pytest.mark.parametrize("signed", [False, True])
@@ -509,7 +509,7 @@ COUNTED = 0.2 * np.arange(100)  # [s]
 )
 def test_a_counter_that_is_full_goes_on(span: int, per_second: float, signed: bool) -> None:
     report = ReadReport(Path("x"))
-    counted = per_second * (COUNTED - 8.0) + (span / 2 if signed else span)
+    counted = per_second * (SCAN_STAMPS_S - 8.0) + (span / 2 if signed else span)
     times = (counted + span / 2) % span - span / 2 if signed else counted % span
     assert np.count_nonzero(np.diff(times) < 0) == 1
     assert unwrapped(times, "laser", report) == pytest.approx(counted)
@@ -519,11 +519,11 @@ def test_a_counter_that_is_full_goes_on(span: int, per_second: float, signed: bo
 @pytest.mark.parametrize(
     "times",
     [
-        1.7e9 + COUNTED,
-        np.where(COUNTED > 8, COUNTED - 3, COUNTED),  # the clock was set
-        np.concatenate((COUNTED, COUNTED)),  # two recordings
-        np.concatenate((COUNTED + 65_000, COUNTED)),
-        COUNTED[::-1],
+        1.7e9 + SCAN_STAMPS_S,
+        np.where(SCAN_STAMPS_S > 8, SCAN_STAMPS_S - 3, SCAN_STAMPS_S),  # the clock was set
+        np.concatenate((SCAN_STAMPS_S, SCAN_STAMPS_S)),  # two recordings
+        np.concatenate((SCAN_STAMPS_S + 65_000, SCAN_STAMPS_S)),
+        SCAN_STAMPS_S[::-1],
         np.zeros(100),
         np.full(100, np.nan),
         np.empty(0),
