@@ -8,11 +8,12 @@ import numpy as np
 from core.errors import BadInput
 from core.geometry import Pose
 from core.recording.clocks import evenly_spread, seconds_per_unit, unwrapped
+from core.recording.laser_sense import with_laser_as_driven
 from core.recording.npz import Archive
 from core.recording.odometry_checks import believable_track
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, Recording, ScanRecording, SightingRecording, stamped
-from core.recording.scans import default_angles, in_time_order, make_scan, scan_recording
+from core.recording.scans import default_angles, in_time_order, make_scan, on_a_clock_that_goes_on, scan_recording
 from core.recording.sightings import MOST_ROWS, Ids, SightingSteps, grouped
 from core.sensors import Scan
 from core.slam.motion import Increment, MotionSettings, steered
@@ -137,8 +138,10 @@ def _scan_set(archive: Archive, settings: LogSettings) -> ScanRecording:
         raise BadInput(f"{archive.path.name} holds no scan that can be used. {tally.reasons()}")
     stamps = unwrapped(times[used], "t", tally)
     stamps = evenly_spread(stamps * seconds_per_unit(stamps, "t", tally), tally, "t")
+    (stamps,) = on_a_clock_that_goes_on(scans, [stamps], tally)
     scans = in_time_order([stamped(scan, float(stamp)) for scan, stamp in zip(scans, stamps, strict=True)], tally)
     wanted = poses is not None and settings.odometry_topic != "none"
     track = believable_track("odo_raw", stamps, poses[used], None, tally) if wanted and poses is not None else None
     tally.topics = ["scan_cm: laser"] + (["odo_raw: odometry"] if track is not None else [])
-    return scan_recording(archive.path, scans, track, tally, "scan set", settings)
+    recording = scan_recording(archive.path, scans, track, tally, "scan set", settings)
+    return with_laser_as_driven(recording, heading=settings.mounting_heading is None)

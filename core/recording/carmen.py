@@ -18,10 +18,11 @@ from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array
 from core.recording.clocks import StampedStream, evenly_spread, seconds_per_unit, settled_stamps, unwrapped
+from core.recording.laser_sense import with_laser_as_driven
 from core.recording.odometry_checks import believable_track
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording, stamped
-from core.recording.scans import default_angles, in_time_order, make_scan, scan_recording
+from core.recording.scans import default_angles, in_time_order, make_scan, on_a_clock_that_goes_on, scan_recording
 from core.recording.source import TextLog
 from core.sensors import Scan
 from core.sensors.scan_gate import RangeUnit, checked_angles
@@ -176,10 +177,12 @@ class _Carmen:
         )
         stamps = self._settled(own * units[0], logged * units[1], "the laser", tally)
         if posed.any() and np.ptp(robots[posed], axis=0).max() > 0:
+            (stamps,) = on_a_clock_that_goes_on(scans, [stamps], tally)
             track = believable_track("the poses beside the scans", stamps[posed], robots[posed], None, tally)
             source = "robot pose beside the scans: odometry"
         else:
             times = self._settled(odometry[:, 0], odometry[:, 1], "ODOM", tally)
+            stamps, times = on_a_clock_that_goes_on(scans, [stamps, times], tally)
             track, source = (
                 believable_track("ODOM", times, odometry[:, 2:5], odometry[:, 5:], tally),
                 "ODOM: odometry",
@@ -190,7 +193,10 @@ class _Carmen:
         scans = in_time_order(dated, tally)
         if others:
             tally.topics.append(f"{others} lines of other kinds are not used")
-        return scan_recording(path, scans, track, tally, FORM, self._settings, mounting)
+        recording = scan_recording(path, scans, track, tally, FORM, self._settings, mounting)
+        return with_laser_as_driven(
+            recording, heading=self._settings.mounting_heading is None and not mounting.heading
+        )
 
     def _chosen(self, tally: ReadReport) -> Array:
         """Rows of the scans of one laser, (N,)."""

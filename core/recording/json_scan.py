@@ -16,7 +16,7 @@ from core.errors import BadInput
 from core.recording.clocks import evenly_spread, seconds_per_unit, unwrapped
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording, stamped
-from core.recording.scans import default_angles, in_time_order, make_scan, scan_recording
+from core.recording.scans import default_angles, in_time_order, make_scan, on_a_clock_that_goes_on, scan_recording
 from core.recording.source import TextLog
 from core.sensors import Scan
 from core.sensors.scan_gate import RangeUnit, checked_angles
@@ -162,6 +162,7 @@ def read_json_lines(path: Path, settings: LogSettings) -> ScanRecording:
     tally.topics = ["ranges: laser"]
     stamps = unwrapped(np.array(times), "the laser", tally)
     stamps = evenly_spread(seconds_per_unit(stamps, "the laser", tally) * stamps, tally, "the laser")
+    (stamps,) = on_a_clock_that_goes_on(scans, [stamps], tally)
     dated = (stamped(scan, float(stamp)) for scan, stamp in zip(scans, stamps, strict=True))
     scans = in_time_order(list(dated), tally)
     return scan_recording(path, scans, None, tally, "JSON lines", settings)

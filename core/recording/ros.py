@@ -26,6 +26,7 @@ from core.recording.clocks import (
     settled_stamps,
 )
 from core.recording.json_scan import read_json_scan
+from core.recording.laser_sense import with_laser_as_driven
 from core.recording.odometry_checks import believable_track
 from core.recording.odometry_track import OdometryTrack, heading_of
 from core.recording.read_report import ReadReport
@@ -34,7 +35,7 @@ from core.recording.robot_names import OTHER_ODOMETRY, robot_of, robots_in
 from core.recording.ros_frames import FrameTree
 from core.recording.ros_pictures import CAMERA_INFO, COMPRESSED, IMAGE, RosPictures
 from core.recording.ros_sound import AUDIO_DATA, AUDIO_INFO, AUDIO_STAMPED, RAW_AUDIO, RosSounds, with_sound
-from core.recording.scans import in_time_order, make_scan, scan_recording
+from core.recording.scans import in_time_order, make_scan, scan_recording, turned_over
 from core.sensors import Scan
 from core.sensors.checks import refusal
 from core.sensors.laser import MAX_STAMP_S, Placed
@@ -238,6 +239,8 @@ class RosMessages:
             )
         heard = () if self._sounds is None else self._sounds.finish(self._tally)
         recording = scan_recording(path, scans, track, self._tally, form, self._settings, placed.pose, placed.height)
+        known = self._settings.mounting_heading is not None or self._tree.mounting(odometry.base, topic.frame)
+        recording = with_laser_as_driven(recording, sense=False, heading=not known)
         return replace(recording, pictures=seen, camera=camera, sounds=heard)
 
     def _forget_order(self) -> None:
@@ -431,16 +434,3 @@ def stamp_of(header: Any) -> float:
 def seconds_of(time: Any) -> float:
     """A time of ROS → [s]."""
     return float(time.sec + time.nanosec * 1e-9)
-
-
-def turned_over(scan: Scan) -> Scan:
-    """A scan of a laser that hangs upside down → the same as seen from above, again right to left."""
-    beams = len(scan.ranges)
-    ranges: Array = scan.ranges[::-1]
-    return replace(
-        scan,
-        stamp=scan.stamp + scan.time_step * (beams - 1),
-        ranges=ranges,
-        angle_min=-(scan.angle_min + scan.angle_step * (beams - 1)),
-        time_step=-scan.time_step,
-    )

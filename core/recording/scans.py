@@ -10,7 +10,7 @@ import numpy as np
 
 from core.geometry import Pose
 from core.message import Array
-from core.recording.clocks import longest_part
+from core.recording.clocks import MAX_PARTS, MAX_PAUSE_S, MIN_BACK_S, longest_part
 from core.recording.odometry_track import OdometryTrack
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording
@@ -19,6 +19,7 @@ from core.sensors.checks import refusal
 from core.sensors.laser import MAX_STAMP_S, MAX_SWEEP_S, beams_malformation
 from core.sensors.publishers import scan_turns
 from core.sensors.scan_gate import is_constant
+from core.slam.scan_matching.wall_shapes import median_change
 
 AT_THE_ORIGIN = Pose()
 MIN_SAMPLED_BEAMS = 2000
@@ -36,6 +37,8 @@ MAX_ECHO_SCANS, MIN_UNIQUE_SHARE = 8, 0.45  # within which a scan comes again; o
 MIN_REPEATED_SCANS, MAX_REPEATED_SHARE = 30, 0.2  # of a log without odometry, that are those before to the last bit
 MAX_MIXED_SHARE = 0.5  # of a log, in which two robots' scans take turns
 MIN_KEPT_SHARE = 0.45  # of the scans that a log must have a time for
+COMPARED_SCANS, USUAL_SHARE = 20, 0.9  # before and after a step of a clock, of whose changes of ranges so many …
+MAX_CHANGE_RATIO, MIN_CHANGE = 2.0, 0.01  # … times which, but at least that share, one place may change
 DEFAULT_RANGE = 100.0  # [m] taken for range_max where a log does not give it
 
 
@@ -90,6 +93,58 @@ def make_scan(
         range_max=top,
         time_step=time_step,
     )
+
+
+def turned_over(scan: Scan) -> Scan:
+    """A scan of a laser that hangs upside down → the same as seen from above, again right to left."""
+    beams = len(scan.ranges)
+    ranges: Array = scan.ranges[::-1]
+    return replace(
+        scan,
+        stamp=scan.stamp + scan.time_step * (beams - 1),
+        ranges=ranges,
+        angle_min=-(scan.angle_min + scan.angle_step * (beams - 1)),
+        time_step=-scan.time_step,
+    )
+
+
+def on_a_clock_that_goes_on(scans: list[Scan], streams: list[Array], tally: ReadReport) -> list[Array]:
+    """Times [s] of the scans, and of other readings of the same log, in the order of the file → the same without
+    steps back and leaps: a clock was set, where the scans before and after one show the same place.
+
+    All streams count by one clock. What begins again is not changed.
+    """
+    steps = [np.flatnonzero((np.diff(times) < -MIN_BACK_S) | (np.diff(times) > MAX_PAUSE_S)) + 1 for times in streams]
+    if not 1 <= len(steps[0]) <= MAX_PARTS or any(len(rows) != len(steps[0]) for rows in steps):
+        return streams
+    edges = itertools.pairwise([0, *steps[0].tolist()])
+    if not all(_goes_on(scans, streams[0], first, row) for first, row in edges):
+        return streams
+    periods = [float(np.median(np.abs(np.diff(times)))) for times in streams]
+    finest = int(np.argmin(periods))
+    set_by = np.diff(streams[finest])[steps[finest] - 1] - periods[finest]
+    tally.fault("clock.set", "the laser", used=True, jump=f"{set_by[np.argmax(np.abs(set_by))]:+.0f}")
+    shifts = np.append(0.0, -np.cumsum(set_by))
+    return [
+        times + shifts[np.searchsorted(rows, np.arange(len(times)), "right")]
+        for times, rows in zip(streams, steps, strict=True)
+    ]
+
+
+def _goes_on(scans: list[Scan], times: Array, first: int, row: int) -> bool:
+    """Return whether a scan whose time does not follow that of the last one, `row`, was taken just after it.
+
+    `first`: the row from which on the times rose. A second recording in the file shows another place, begins at the
+    same time, or has a scan that is the one at that time again.
+    """
+    if abs(times[row] - times[first]) < MIN_BACK_S:
+        return False
+    near = scans[max(first, row - COMPARED_SCANS) : row + COMPARED_SCANS]
+    usual = np.quantile([median_change(two.ranges, one.ranges) for one, two in itertools.pairwise(near)], USUAL_SHARE)
+    change = median_change(scans[row].ranges, scans[row - 1].ranges)
+    twin = scans[first + int(np.argmin(np.abs(times[first:row] - times[row])))]
+    again = times[row] > times[first] and 2 * median_change(scans[row].ranges, twin.ranges) < change
+    return change < MAX_CHANGE_RATIO * max(float(usual), MIN_CHANGE) and not again
 
 
 def in_time_order(scans: list[Scan], tally: ReadReport) -> list[Scan]:

@@ -503,6 +503,18 @@ def of_lines(change: Callable[[list[str]], list[str]]) -> Callable[[str], str]:
     return changed
 
 
+def reversed_beams(words: list[str]) -> list[str]:
+    """The words of a line of scans, its beams in reverse order."""
+    end = 9 + int(words[8])
+    return [*words[:9], *reversed(words[9:end]), *words[end:]]
+
+
+def turned_beams(words: list[str]) -> list[str]:
+    """The words of a line of scans of a laser that looks to the left: its first quarter of the field is not seen."""
+    end, quarter = 9 + int(words[8]), round(math.pi / 2 / float(words[4]))
+    return [*words[:9], *words[9 + quarter : end], *["0"] * quarter, *words[end:]]
+
+
 def _odometry_of_increments(drive: Drive, folder: Path, _: np.random.Generator) -> Path:
     heading = drive.poses[:, 2]
     steps = np.diff(drive.poses, axis=0, prepend=drive.poses[:1])
@@ -850,6 +862,11 @@ TEXTS: dict[str, Writing] = {
     "scans after all odometry": text(
         lambda t: "\n".join(sorted(t.splitlines(), key=lambda line: line.split()[0])) + "\n"
     ),
+    "beams from left to right": text(of_lines(reversed_beams)),
+    "laser turned by 90 degrees": text(of_lines(turned_beams)),
+    "clock set back by 3 s": text(stamps_of_text(lambda s: s - 3.0 if s % 1e5 > 9.0 else s)),
+    "clock set back by an hour": text(stamps_of_text(lambda s: s - 3600.0 if s % 1e5 > 9.0 else s)),
+    "clock set ahead by a day": text(stamps_of_text(lambda s: s + 86400.0 if s % 1e5 > 9.0 else s)),
     "small letters": text(str.lower),
     "semicolons": text(lambda t: t.replace(" ", ";")),
 }

@@ -16,11 +16,11 @@ from core.geometry import Pose, Transform, arc
 from core.message import Array
 from core.recording.odometry_track import heading_of
 from core.recording.read_report import BadRecord
-from core.recording.ros import stamp_of, turned_over
+from core.recording.ros import stamp_of
 from core.recording.ros_frames import FrameTree
 from core.recording.ros_pictures import camera_model, describes, guessed_model, is_rectified, pixels_of
 from core.recording.ros_sound import SampleForm, is_packed_sound, sound_in
-from core.recording.scans import make_scan
+from core.recording.scans import make_scan, turned_over
 from core.robots.device import Base, ClockOffset, Equipment, Findings
 from core.robots.device_clock import DeviceClock
 from core.robots.readings import Readings

@@ -248,6 +248,11 @@ class SenseAgreement:
         return self._lone.distrusts
 
     @property
+    def decided(self) -> bool:
+        """True where wheels and scans agree in all that is compared."""
+        return self._decided
+
+    @property
     def faults(self) -> tuple[Fault, ...]:
         """All that was found, the newest of each kind."""
         return tuple(self._found.values())
