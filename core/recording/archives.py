@@ -14,7 +14,15 @@ from core.recording.odometry_checks import believable_track
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, Recording, ScanRecording, SightingRecording, stamped
 from core.recording.scans import default_angles, in_time_order, make_scan, on_a_clock_that_goes_on, scan_recording
-from core.recording.sightings import MOST_ROWS, Ids, SightingSteps, grouped
+from core.recording.sightings import (
+    MAX_BEARING_RAD,
+    MAX_STEER_RAD,
+    MOST_ROWS,
+    Ids,
+    SightingSteps,
+    grouped,
+    in_radians,
+)
 from core.sensors import Scan
 from core.slam.motion import Increment, MotionSettings, steered
 
@@ -64,6 +72,8 @@ def _runs(archive: Archive, run: int, ids: Ids, still: bool) -> SightingRecordin
     if speeds.shape[1] > MOST_ROWS:
         raise BadInput(f"{archive.path.name} has more than {MOST_ROWS} steps in a run.")
     tally = ReadReport(archive.path)
+    steers = in_radians(steers, MAX_STEER_RAD, "steer_noisy", tally)
+    rows[:, 4] = in_radians(rows[:, 4], MAX_BEARING_RAD, "obs", tally)
     steps = SightingSteps(RUN_NOISE, ids, tally)
     if still:
         _take_still_frames(archive, run, steps)
@@ -98,6 +108,7 @@ def _corridor(archive: Archive, ids: Ids) -> SightingRecording:
     if len(increments) != len(covariances) or len(increments) > MOST_ROWS:
         raise BadInput(f"odo and odo_cov in {archive.path.name} do not fit together.")
     tally = ReadReport(archive.path)
+    rows[:, 3] = in_radians(rows[:, 3], MAX_BEARING_RAD, "obs", tally)
     by_step = grouped(rows[:, 0], rows[:, 1:])
     beyond = [k for k in by_step if not 0 <= k < len(increments)]
     tally.skip("its step is not one of the log", count=sum(len(by_step.pop(k)) for k in beyond))

@@ -16,7 +16,7 @@ from core.geometry import Pose, wrap
 from core.message import Array
 from core.recording.read_report import ReadReport
 from core.recording.recording import LogSettings, SightingRecording
-from core.recording.sightings import Ids, SightingSteps, grouped
+from core.recording.sightings import MAX_BEARING_RAD, MAX_TURN_RATE_RAD_S, Ids, SightingSteps, grouped, in_radians
 from core.recording.source import TextLog
 from core.slam.motion import Increment
 
@@ -65,6 +65,8 @@ def read(folder: Path, robot: int, ids: Ids, settings: LogSettings) -> SightingR
     odometry = _robot_file(folder, robot, "Odometry", 3, settings, tally)
     rows = _robot_file(folder, robot, "Measurement", 4, settings, tally)
     odometry = odometry[np.argsort(odometry[:, 0], kind="stable")]
+    odometry[:, 2] = in_radians(odometry[:, 2], MAX_TURN_RATE_RAD_S, f"Robot{robot}_Odometry", tally)
+    rows[:, 3] = in_radians(rows[:, 3], MAX_BEARING_RAD, f"Robot{robot}_Measurement", tally)
     if len(odometry) < 2:
         raise BadInput(f"The odometry of robot {robot} in {folder.name} has fewer than two lines.")
     names = np.array([subjects.get(int(code), 0) for code in rows[:, 1]])

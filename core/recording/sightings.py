@@ -1,6 +1,8 @@
 """The common part of every reader of sightings logs, once the columns are understood."""
 
+import itertools
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
@@ -19,6 +21,11 @@ Ids = Literal["given", "hidden"]
 
 MOST_ROWS = 5_000_000
 MAX_MOVE_M, MAX_SIGHTING_M = 20.0, 100.0  # between two steps, and of what is sighted: half of a log has less
+MAX_BEARING_RAD, MAX_STEER_RAD, MAX_TURN_RATE_RAD_S, MAX_CURVATURE_RAD_M = 7.0, 1.6, 4.0, 2.0  # of bearings, wheels
+# that steer, robots and cars: one in ten of a log lies below, or they are degrees
+MIN_ANGLES = 10
+MIN_TURN_RAD, MAX_TURN_RAD, MIN_TURNS, MAX_PAIRS = 0.02, 1.0, 20, 2000  # of turns that sightings are compared over
+MAX_TURN_RATIO, MAX_RATIO_SPREAD = 2.5, 0.6  # by sightings over what was logged; of half of the turns, by their size
 
 
 class SightingSteps:
@@ -30,6 +37,7 @@ class SightingSteps:
         self._ids = ids
         self._tally = tally
         self._steps: list[SightingStep] = []
+        self._seen: list[dict[int, tuple[float, float]]] = []  # of every step: range [m] and bearing [rad] by id
 
     def add(self, stamp: float, increment: Increment, rows: Array) -> None:
         """The move since the last step, then rows (M, 3) of id, range [m], bearing [rad].
@@ -38,8 +46,11 @@ class SightingSteps:
         among the others. Rows that no sensor can make are counted and left out.
         """
         sightings: list[Sighting] = []
+        self._seen.append(
+            {int(number): (distance, bearing) for number, distance, bearing in rows.tolist() if number >= 0}
+        )
         for number, distance, bearing in rows.tolist():
-            if not (0 < distance < 1e4 and abs(bearing) < 7):
+            if not (0 < distance < 1e4 and abs(bearing) < MAX_BEARING_RAD):
                 self._tally.skip("its range or bearing cannot be")
                 continue
             self._tally.read += 1
@@ -61,6 +72,7 @@ class SightingSteps:
         if not any(step.sightings for step in self._steps):
             raise BadInput(f"{path.name} holds no sighting that can be used. {self._tally.reasons()}".strip())
         self._check_units()
+        self._check_turns()
         return SightingRecording(path=path, steps=tuple(self._steps), report=self._tally.report(form))
 
     def _check_units(self) -> None:
@@ -70,6 +82,40 @@ class SightingSteps:
         move, distance = float(np.median(moves)), float(np.median(ranges))
         if move > MAX_MOVE_M or distance > MAX_SIGHTING_M:
             self._tally.fault("sighting.units", used=True, move=f"{move:.4g}", range=f"{distance:.4g}")
+
+    def _check_turns(self) -> None:
+        """Say it where what is sighted again and again does not turn as the robot does."""
+        turns = np.array([row for row in self._turns() if MIN_TURN_RAD < abs(row[0]) < MAX_TURN_RAD]).reshape(-1, 2)
+        if len(turns) < MIN_TURNS:
+            return
+        logged, sighted = turns[:MAX_PAIRS].T
+        ratio = float(np.median(sighted / logged))
+        spread = float(np.median(np.abs(sighted - ratio * logged)) / np.median(np.abs(logged)))
+        if spread < MAX_RATIO_SPREAD and not 1 / MAX_TURN_RATIO < ratio < MAX_TURN_RATIO:
+            self._tally.fault("sighting.turns", used=True, times=f"{ratio:.2g}")
+
+    def _turns(self) -> Iterator[tuple[float, float]]:
+        """The turn of each step [rad] as it was logged, and by each landmark that is sighted before and after it."""
+        for (before, after), step in zip(itertools.pairwise(self._seen), self._steps[1:], strict=True):
+            move = step.increment.pose
+            for number in before.keys() & after.keys():
+                (distance, bearing), (_, now) = before[number], after[number]
+                x, y = distance * math.cos(bearing) - move.x, distance * math.sin(bearing) - move.y
+                yield move.heading, wrap(math.atan2(y, x) - now)
+
+
+def in_radians(angles: Array, limit: float, what: str, tally: ReadReport) -> Array:
+    """Angles or turn rates (N,) as logged → in radians: degrees are converted, and that is said."""
+    return np.radians(angles) if are_degrees(angles, limit, what, tally) else angles
+
+
+def are_degrees(angles: Array, limit: float, what: str, tally: ReadReport) -> bool:
+    """Return whether angles (N,) cannot be radians, as one in ten of those that are not 0 is beyond `limit`."""
+    sizes = np.abs(angles[np.isfinite(angles) & (angles != 0)])
+    if len(sizes) < MIN_ANGLES or np.quantile(sizes, 0.9) < limit:
+        return False
+    tally.fault("sighting.degrees", what, used=True)
+    return True
 
 
 def grouped(keys: Array, rows: Array) -> dict[int, Array]:

@@ -15,13 +15,14 @@ from core.errors import BadInput
 from core.geometry import Pose
 from core.recording.read_report import ReadReport
 from core.recording.recording import LogSettings, SightingRecording
-from core.recording.sightings import MOST_ROWS, Ids, SightingSteps
+from core.recording.sightings import MAX_CURVATURE_RAD_M, MOST_ROWS, Ids, SightingSteps, are_degrees
 from core.recording.source import TextLog
 from core.slam.motion import Increment
 
 STEP_NOISE = np.diag([0.01**2, 0.01**2, 0.002**2])  # of one increment: [m], [m], [rad]
 TURN_NOISE = 0.05  # [rad per root rad]: steering gives a turn roughly, and tyres slip in it; 0.03 to 0.09 do as well
 SIGHTING_NOISE = 0.4, 0.035  # [m], [rad]
+MIN_BEND_M = 0.05  # of a move by which a bend is judged
 
 
 class _Graph:
@@ -51,6 +52,13 @@ class _Graph:
             self.seen.setdefault(node, array("d")).extend((other, math.hypot(x, y), math.atan2(y, x)))
         return True
 
+    def make_radians(self, tally: ReadReport) -> None:
+        """Convert turns in degrees: a car cannot turn so much on its way."""
+        ways = np.array([(math.hypot(move.x, move.y), move.heading) for move in self.increments])
+        bends = ways[ways[:, 0] > MIN_BEND_M, 1] / ways[ways[:, 0] > MIN_BEND_M, 0]
+        if are_degrees(bends, MAX_CURVATURE_RAD_M, "ODOMETRY", tally):
+            self.increments = [Pose(move.x, move.y, math.radians(move.heading)) for move in self.increments]
+
     def drop_strangers(self) -> int:
         """Forget what was seen from poses that no increment leads to → how many sightings that were."""
         strangers = [node for node in self.seen if node not in self.reached]
@@ -73,6 +81,7 @@ def read(path: Path, ids: Ids, settings: LogSettings) -> SightingRecording:
     if not graph.increments:
         raise BadInput(f"{path.name} holds no ODOMETRY lines.")
     tally.skip("its pose is unknown", count=graph.drop_strangers())
+    graph.make_radians(tally)
     by_step = {graph.reached[node]: np.array(rows).reshape(-1, 3) for node, rows in graph.seen.items()}
     moved = Increment()
     steps = SightingSteps(SIGHTING_NOISE, ids, tally)

@@ -270,3 +270,52 @@ def test_the_tables_of_a_folder_may_have_any_sign_between_their_numbers(tmp_path
     for name, table in tables.items():
         (tmp_path / f"{name}.dat").write_text(table.replace(" ", between))
     assert len(open_log(f"{tmp_path}#1").steps) == 8
+
+
+def park_lines(turn_unit: float = 1.0, left: float = 1.0) -> str:
+    """A car on a circle among trees; `turn_unit` per radian, `left`: -1 where sightings count clockwise."""
+    pose, lines = Pose(), list[str]()
+    for step in range(60):
+        turn = 0.08 if step % 20 < 15 else 0.0
+        pose = pose @ Pose(0.5 * math.cos(turn / 2), 0.5 * math.sin(turn / 2), turn)
+        lines.append(
+            f"ODOMETRY {step} {step + 1} {0.5 * math.cos(turn / 2)} {0.5 * math.sin(turn / 2)} {turn * turn_unit}"
+        )
+        for tree, place in enumerate(((5, 9), (-4, 6), (3, -6), (9, 1))):
+            x, y = (pose.inverse() @ Pose(*place)).vector[:2]
+            lines.append(f"LANDMARK {step + 1} {1000 + tree} {x} {left * y}")
+    return "\n".join(lines)
+
+
+def test_turns_in_degrees_are_converted(tmp_path):
+    (tmp_path / "park.txt").write_text(park_lines())
+    (tmp_path / "degrees.txt").write_text(park_lines(turn_unit=180 / math.pi))
+    sound, degrees = open_log(tmp_path / "park.txt"), open_log(tmp_path / "degrees.txt")
+    assert not sound.report.faults and [one.code for one in degrees.report.faults] == ["sighting.degrees"]
+    assert whole(degrees).pose.vector == pytest.approx(whole(sound).pose.vector)
+
+
+@pytest.mark.parametrize("park", [{"turn_unit": 0.3}, {"turn_unit": -1.0}, {"left": -1.0}])
+def test_turns_that_the_sightings_contradict_are_said(tmp_path, park):
+    (tmp_path / "park.txt").write_text(park_lines(**park))
+    assert [one.code for one in open_log(tmp_path / "park.txt").report.faults] == ["sighting.turns"]
+
+
+def test_steering_in_degrees_is_converted(runs, tmp_path):
+    arrays = dict(np.load(runs))
+    path = save(tmp_path / "degrees.npz", **arrays | {"steer_noisy": np.degrees(arrays["steer_noisy"])})
+    found = open_log(f"{path}#1")
+    assert [one.sensor for one in found.report.faults] == ["steer_noisy"]
+    assert whole(found).pose.vector == pytest.approx(whole(open_log(f"{runs}#1")).pose.vector)
+
+
+def test_turn_rates_and_bearings_of_mrclam_in_degrees_are_converted(folder):
+    rows = [(10 + 0.1 * n, 0.3, 0.4 * math.sin(n / 9)) for n in range(100)]
+    seen = [(10.05 + 0.2 * n, 70, 3.0, 0.5 - 0.02 * n) for n in range(45)]
+    for unit in (1.0, 180 / math.pi):
+        (folder / "Robot2_Odometry.dat").write_text("".join(f"{t} {v} {w * unit}\n" for t, v, w in rows))
+        (folder / "Robot2_Measurement.dat").write_text("".join(f"{t} {c} {r} {b * unit}\n" for t, c, r, b in seen))
+        found = open_log(f"{folder}#2")
+        codes = [one.code for one in found.report.faults if one.code == "sighting.degrees"]
+        assert len(codes) == (0 if unit == 1.0 else 2)
+        assert found.steps[3].sightings[0].bearing == pytest.approx(0.44)
