@@ -148,7 +148,8 @@ def _scan_set(archive: Archive, settings: LogSettings) -> ScanRecording:
     if not scans:
         raise BadInput(f"{archive.path.name} holds no scan that can be used. {tally.reasons()}")
     stamps = unwrapped(times[used], "t", tally)
-    stamps = evenly_spread(stamps * seconds_per_unit(stamps, "t", tally), tally, "t")
+    places = None if poses is None else poses[used, :2]
+    stamps = evenly_spread(stamps * seconds_per_unit(stamps, "t", tally), tally, "t", places)
     (stamps,) = on_a_clock_that_goes_on(scans, [stamps], tally)
     scans = in_time_order([stamped(scan, float(stamp)) for scan, stamp in zip(scans, stamps, strict=True)], tally)
     wanted = poses is not None and settings.odometry_topic != "none"

@@ -172,15 +172,15 @@ class _Carmen:
         posed = np.isfinite(robots).all(axis=1)
         own, logged = (unwrapped(times, "the laser", tally) for times in np.array(self._times)[used].T)
         units = seconds_per_unit(own, "the laser", tally), seconds_per_unit(logged, "the laser", tally)
-        odometry[:, 0], odometry[:, 1] = (
-            unit * unwrapped(times, "ODOM", tally) for unit, times in zip(units, odometry[:, :2].T, strict=True)
-        )
-        stamps = self._settled(own * units[0], logged * units[1], "the laser", tally)
+        stamps = self._settled(own * units[0], logged * units[1], "the laser", tally, robots[:, :2])
         if posed.any() and np.ptp(robots[posed], axis=0).max() > 0:
             (stamps,) = on_a_clock_that_goes_on(scans, [stamps], tally)
             track = believable_track("the poses beside the scans", stamps[posed], robots[posed], None, tally)
             source = "robot pose beside the scans: odometry"
         else:
+            odometry[:, 0], odometry[:, 1] = (
+                unit * unwrapped(times, "ODOM", tally) for unit, times in zip(units, odometry[:, :2].T, strict=True)
+            )
             times = self._settled(odometry[:, 0], odometry[:, 1], "ODOM", tally)
             stamps, times = on_a_clock_that_goes_on(scans, [stamps, times], tally)
             track, source = (
@@ -210,9 +210,9 @@ class _Carmen:
         return np.flatnonzero(kinds == name)
 
     @staticmethod
-    def _settled(own: Array, logged: Array, name: str, tally: ReadReport) -> Array:
+    def _settled(own: Array, logged: Array, name: str, tally: ReadReport, places: Array | None = None) -> Array:
         """Times in the records and by the logger (N,) [s] → those to use; where neither has a value, evenly."""
-        return evenly_spread(settled_stamps(StampedStream(name, own, logged), tally)[0].own, tally, name)
+        return evenly_spread(settled_stamps(StampedStream(name, own, logged), tally)[0].own, tally, name, places)
 
 
 def _mounting(robots: Array, lasers: Array, tally: ReadReport) -> Pose:

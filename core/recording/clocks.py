@@ -43,6 +43,7 @@ COUNTER_SPANS = (
 )
 MAX_COUNTER_GAP = 10.0  # periods between the last reading before a counter is full and the first after it
 DEFAULT_PERIOD_S = 0.1  # between scans that carry no times at all
+DEFAULT_SPEED_M_S, MAX_WAY_M = 0.5, 3.0  # at which their odometry drives then; and at most from scan to scan
 
 
 class RecorderClock:
@@ -196,11 +197,11 @@ def _spoken(seconds: float) -> str:
     return f"{words} {'ahead of' if seconds > 0 else 'behind'}"
 
 
-def evenly_spread(stamps: Array, report: ReadReport, sensor: str) -> Array:
+def evenly_spread(stamps: Array, report: ReadReport, sensor: str, places: Array | None = None) -> Array:
     """Stamps (N,) [s] in the order of the file → the same, and those that repeat spread over the time to the next.
 
-    A few that repeat stay: they are readings that were written twice. Where all are the same, the readings are taken
-    at 10 a second.
+    A few that repeat stay: they are readings that were written twice. Where all are the same, or rounded to more than
+    a pause, the readings are taken at 10 a second, or as fast as a robot drives: `places` (N, 2) [m] by its odometry.
     """
     rows = len(stamps)
     if rows < 2 or not np.isfinite(stamps).all():
@@ -209,9 +210,11 @@ def evenly_spread(stamps: Array, report: ReadReport, sensor: str) -> Array:
     if np.count_nonzero(repeats) <= max(MAX_REPEATED, MAX_REPEATED_SHARE * (rows - 1)):
         return stamps
     firsts = np.flatnonzero(np.append(True, ~repeats))
-    if len(firsts) < 2:
-        report.fault("clock.none", sensor, used=True, rate=f"{1 / DEFAULT_PERIOD_S:g}")
-        return stamps[0] + DEFAULT_PERIOD_S * np.arange(rows)
+    apart = np.abs(np.diff(stamps[firsts]))
+    if len(firsts) < 2 or np.median(apart) > MAX_PAUSE_S or apart.sum() > MAX_PERIOD_S * rows:
+        period = _driven_period(places)
+        report.fault("clock.none", sensor, used=True, rate=f"{1 / period:.2g}")
+        return period * np.arange(rows)
     report.fault("clock.rounded", sensor, used=True, share=f"{100 * np.mean(repeats):.0f}")
     lengths = np.diff(np.append(firsts, rows))
     whole = np.arange(len(firsts)) > 0  # the first run may have begun before the file did
@@ -225,6 +228,14 @@ def evenly_spread(stamps: Array, report: ReadReport, sensor: str) -> Array:
         else:
             spread[first : first + length] = stamps[first] + span * np.arange(length) / length
     return spread
+
+
+def _driven_period(places: Array | None) -> float:
+    """The time [s] between scans without times, by which their odometry drives from place to place (N, 2) [m]."""
+    if places is None or len(places) < 2:
+        return DEFAULT_PERIOD_S
+    way = float(np.nanquantile(np.hypot(*np.diff(places, axis=0).T), 0.9))
+    return max(DEFAULT_PERIOD_S, way / DEFAULT_SPEED_M_S) if way < MAX_WAY_M else DEFAULT_PERIOD_S
 
 
 def unwrapped(stamps: Array, sensor: str, report: ReadReport) -> Array:

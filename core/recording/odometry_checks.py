@@ -34,6 +34,7 @@ BESIDE_SHARE = 0.5  # of these steps, beside equal readings: what is driven even
 MAX_STEP_RAD = math.radians(40)  # from which it is a turn
 JUMP_M, JUMP_RAD = 0.3, 0.6  # beyond what the speeds allow: the base was restarted
 JUMP_SPEEDS = 3.0  # times its usual speed that a base may have between two readings
+LATE_SHARE = 0.8  # of the usual time between two readings: those that are nearer, one of them was stamped late
 
 
 def believable_track(
@@ -173,11 +174,16 @@ def _step(values: Array) -> float:
 
 
 def _usual_speed(track: OdometryTrack) -> float:
-    """The speed [m/s] that the places of the track are driven at, of the quicker tenth."""
-    lasted = np.diff(track.times)
-    way = np.hypot(*np.diff(track.poses[:, :2], axis=0).T)
-    moved = way > 0
-    return float(np.quantile(way[moved] / lasted[moved], 0.9)) if moved.any() else 0.0
+    """The speed [m/s] that the places of the track are driven at, of the quicker tenth.
+
+    Over pieces of `MAX_CARRIED_S`: the stamps of single readings may be as late as the computer was busy.
+    """
+    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(track.poses[:, :2], axis=0).T)))
+    lasted = float(track.times[-1] - track.times[0])
+    ends = np.linspace(track.times[0], track.times[-1], 1 + max(1, int(lasted / MAX_CARRIED_S)))
+    speeds = np.diff(np.interp(ends, track.times, way)) / np.diff(ends)
+    moved = speeds > 0
+    return float(np.quantile(speeds[moved], 0.9)) if moved.any() else 0.0
 
 
 def _starts_again(track: OdometryTrack, origin: Pose, way: Array, turned: Array) -> Array:
@@ -198,8 +204,13 @@ def _without_restarts(
     lasted = np.diff(track.times)
     way = np.hypot(*np.diff(track.poses[:, :2], axis=0).T)
     turned = np.abs(wrap_all(np.diff(track.poses[:, 2])))
-    far = way > JUMP_M + JUMP_SPEEDS * speed * np.minimum(lasted, MAX_CARRIED_S)
-    round_ = (turned > JUMP_RAD + MAX_TURN_RATE_RAD_S * np.minimum(lasted, MAX_CARRIED_S)) & (lasted < MAX_CARRIED_S)
+    usual, row = float(np.median(lasted)), np.arange(len(lasted))
+    around = track.times[np.minimum(row + 2, len(row))] - track.times[np.maximum(row - 1, 0)]
+    carried = np.minimum(
+        np.where(lasted < LATE_SHARE * usual, around, lasted), max(MAX_CARRIED_S, JUMP_SPEEDS * usual)
+    )
+    far = way > JUMP_M + JUMP_SPEEDS * speed * carried
+    round_ = (turned > JUMP_RAD + MAX_TURN_RATE_RAD_S * carried) & (lasted < MAX_CARRIED_S)
     jumps = np.flatnonzero(far | round_ | _starts_again(track, origin, way, turned)) + 1
     if not len(jumps):
         return track

@@ -107,7 +107,7 @@ MEDIAN = 2 * math.log(2)  # of a squared distance in two dimensions, when all is
 class AdaptiveGate:
     """The median of the latest squared distances between sightings and what was expected.
 
-    A soft gate trusts what residuals less. But when most sightings residual, it is not they that are wrong, and a
+    A soft gate trusts less what lies off. But when most sightings lie off, it is not they that are wrong, and a
     filter that went on distrusting them would lock itself out at the end of a long loop. Where a scan has several
     sightings they show that by themselves; this is for those with one or two.
     """

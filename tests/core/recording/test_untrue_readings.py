@@ -553,3 +553,46 @@ def test_both_halves_of_a_log_whose_counter_was_full_are_in_their_order(tmp_path
     read = open_log(log)
     assert np.diff([one.stamp for one in read.scans]) == pytest.approx(0.2)
     assert [one.code for one in read.report.faults] == ["clock.counter", "clock.unit"]
+
+
+def sparse_carmen_lines(times: np.ndarray) -> list[str]:
+    """A log of a scan every 1.1 m along a straight corridor; its ODOM lines have times that are no clock's."""
+    ranges = " ".join(f"{value:.2f}" for value in RANGES)
+    lines = []
+    for number, time in enumerate(times.tolist()):
+        pose = f"{1.1 * number:.2f} 0 0"
+        lines += [f"FLASER 180 {ranges} {pose} {pose} {time} robot {time}"]
+        lines += [f"ODOM {pose} 0 0 0 {(number % 2) * 4294967295} robot {number % 7}"]
+    return lines
+
+
+@pytest.mark.parametrize(
+    "times", [np.zeros(40), np.full(40, 1.01893e9), np.repeat([1.13486e9, 1.13487e9], 20), np.full(40, 4294967295)]
+)
+def test_scans_without_times_keep_the_odometry_beside_them(times, tmp_path):
+    """The pace is made up then, so it cannot speak against the odometry."""
+    recording = open_log(written(tmp_path, "\n".join(sparse_carmen_lines(times)).encode()))
+    assert [one.code for one in recording.report.faults] == ["clock.none"]
+    assert recording.track is not None and recording.track.poses[-1, 0] == pytest.approx(1.1 * 39)
+    assert 0.1 < 1.1 * 39 / recording.duration < 1.0  # [m/s]
+
+
+def test_odometry_in_centimetres_is_found_without_times_too(tmp_path):
+    words = [line.split() for line in sparse_carmen_lines(np.zeros(40)) if line.startswith("FLASER")]
+    for number, row in enumerate(words):
+        row[182] = row[185] = str(110.0 * number)
+    recording = open_log(written(tmp_path, "\n".join(" ".join(row) for row in words).encode()))
+    assert recording.track is None and "odometry.too_fast" in [one.code for one in recording.report.faults]
+
+
+@pytest.mark.parametrize("period", [0.025, 0.1, 0.6])
+def test_readings_that_are_stamped_late_are_no_jumps(period):
+    """A computer that is busy reads two scans at once: the way between them takes no time by their stamps."""
+    rng, count = np.random.default_rng(1), 400
+    times = period * np.arange(count) + rng.choice([0.0, 0.95 * period], count, p=[0.8, 0.2])
+    poses = np.column_stack([0.6 * period * np.arange(count), np.zeros(count), np.zeros(count)])
+    report = ReadReport(Path("x"))
+    track = believable_track("odo", times, poses, None, report)
+    assert codes(report) == [] and track is not None and track.poses == pytest.approx(poses)
+    poses[200:, 0] += 2.5
+    assert believable_track("odo", times, poses, None, report) is not None and codes(report) == ["odometry.restarted"]
