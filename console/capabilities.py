@@ -27,7 +27,8 @@ from console.maps.zones import ZoneService
 from console.part import Part, Parts
 from console.people.look_service import LookService
 from console.people.service import EnrollmentService
-from console.recording.service import RecordingService
+from console.recording.recorder import DriveRecorder
+from console.recording.store import RecordingStore
 from console.robot.supervisor import RobotSupervisor
 from console.speech.browser_microphone import BrowserMicrophone
 from console.speech.listener import SpokenOutcome
@@ -56,22 +57,28 @@ class ConsoleBase:
     adopted: Callable[[Settings], None]  # settings that are declared live have changed
 
 
-def recorder(base: ConsoleBase, parts: Parts) -> RecordingService:
+def drive_recorder(base: ConsoleBase, parts: Parts) -> DriveRecorder:
     """The words near the robot go into its recordings, too."""
     calibrations = (base.home / "calibration", base.settings_file or base.home / SETTINGS_FILE)
-    service = RecordingService(
-        base.home, base.settings.recording, base.robot, base.history, base.notifications, base.lease, calibrations
+    recorder = DriveRecorder(
+        base.settings.recording,
+        parts[RecordingStore],
+        base.robot,
+        base.history,
+        base.notifications,
+        base.lease,
+        calibrations,
     )
 
     def heard(outcome: SpokenOutcome, _: VoiceDirection | None) -> None:
         decision = outcome.utterance.decision
         if outcome.utterance.final:
-            service.heard(decision.words, decision.verdict, decision.command and decision.command.heard_as)
+            recorder.heard(decision.words, decision.verdict, decision.command and decision.command.heard_as)
 
     parts[RoomTranscriber].when_heard.append(heard)
-    parts[RouteService].when_noted.append(service.note)
-    parts[RouteService].recorder = service
-    return service
+    parts[RouteService].when_noted.append(recorder.note)
+    parts[RouteService].recorder = recorder
+    return recorder
 
 
 def own_navigation(base: ConsoleBase, _: Parts) -> OwnNavigationService:
@@ -147,7 +154,8 @@ CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
     lambda base, parts: ConnectionService(base.home, base.robot, parts[MapService], base.settings.log),
     lambda base, _: QualityRuns(base.home, base.settings.simulation, base.settings.speech),
     lambda base, _: ExperimentRuns(base.home),
-    recorder,
+    lambda base, _: RecordingStore(base.home, base.settings.recording, base.history, base.notifications),
+    drive_recorder,
     lambda base, _: PlaybackController(base.robot, base.history, base.notifications),
 )
 """In the order in which they see each snapshot, and the robot's profile; each may use those before it."""

@@ -21,7 +21,8 @@ from console.messages import state as messages
 from console.messages.map import accuracy, floor
 from console.part import Parts
 from console.people.service import EnrollmentService
-from console.recording.service import RecordingService
+from console.recording.recorder import DriveRecorder
+from console.recording.store import RecordingStore
 from console.robot.supervisor import RobotSupervisor
 from console.speech.robot_voice import RobotVoice
 from console.speech.room_transcription import RoomTranscriber
@@ -70,7 +71,7 @@ class StateContext:
             pending.late,
             self.parts[RoomTranscriber].status.starting,
             self.robot.link()[0],
-            self.parts[RecordingService].revision,
+            self.parts[RecordingStore].revision,
             route(self.parts[RouteService].run_now),
         )
 
@@ -109,7 +110,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int, now: float
         robot=robot(snapshot, around, pace[0]),
         gate=gate(around.robot.status(), snapshot),
         lease=lease(around.lease, now),
-        recording=None if "replay" in profile.capabilities else recorder(parts[RecordingService]),
+        recording=None if "replay" in profile.capabilities else recorder(parts[DriveRecorder], parts[RecordingStore]),
         playback=playback(parts[PlaybackController].state, snapshot.other),
         viewers=around.sockets.people,
         notices=[
@@ -241,10 +242,10 @@ def lease(held: Lease, now: float) -> messages.LeaseState:
     return shown
 
 
-def recorder(service: RecordingService) -> messages.RecorderState:
-    now = service.state
+def recorder(drives: DriveRecorder, store: RecordingStore) -> messages.RecorderState:
+    now = drives.state
     return messages.RecorderState(
-        now.name, round(now.seconds, 1), now.bytes, round(now.ring_s, 1), service.ring_limit_s, service.revision
+        now.name, round(now.seconds, 1), now.bytes, round(now.ring_s, 1), drives.ring_limit_s, store.revision
     )
 
 

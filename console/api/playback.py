@@ -8,7 +8,7 @@ from pydantic import Field
 
 from console.access.roles import needs
 from console.api import RequestBody, Who, part, problems, router, sends_file
-from console.api.recordings import FILM_MEDIA_TYPES, MAX_PART_S, PartBegin, PartEnd, Recorder, filmed
+from console.api.recordings import FILM_MEDIA_TYPES, MAX_PART_S, PartBegin, PartEnd, Recordings, filmed
 from console.control.playback import PlaybackController
 from console.http.problems import Problem
 from console.messages.inbound import PlaybackAction, PlaybackMessage, PlaybackWay
@@ -67,7 +67,7 @@ async def state(player: Playback) -> PlaybackDescription:
 
 @playback.post("/playback")
 @needs("operator")
-async def steer(asked: PlaybackRequest, player: Playback, recorder: Recorder, who: Who) -> SteeredPlayback:
+async def steer(asked: PlaybackRequest, player: Playback, store: Recordings, who: Who) -> SteeredPlayback:
     """Play, pause, change the speed, seek, show another way, or save a part as a recording of its own.
 
     A recording waits at its first frame to be played.
@@ -76,13 +76,13 @@ async def steer(asked: PlaybackRequest, player: Playback, recorder: Recorder, wh
         path = player.file(409)
         if asked.from_s is None or asked.to_s is None:
             raise Problem(422, "To export needs two times: from_s and to_s.")
-        return SteeredPlayback("export", await recorder.cut(path, asked.from_s, asked.to_s, who))
+        return SteeredPlayback("export", await store.cut(path, asked.from_s, asked.to_s, who))
     await player.steer(PlaybackMessage(asked.action, 0, asked.t_s, asked.speed, asked.way, asked.compare), who)
     return SteeredPlayback(asked.action)
 
 
 @playback.get("/playback/film.{form}", **sends_file(*FILM_MEDIA_TYPES, errors=[404]))
 @needs("viewer")
-async def film(form: FilmForm, player: Playback, recorder: Recorder, from_s: PartBegin, to_s: PartEnd) -> Response:
+async def film(form: FilmForm, player: Playback, store: Recordings, from_s: PartBegin, to_s: PartEnd) -> Response:
     """A film of a part of the recording that plays: map and camera. 404 where none of Beckon's own plays."""
-    return await filmed(recorder, player.file(404), form, from_s, to_s)
+    return await filmed(store, player.file(404), form, from_s, to_s)

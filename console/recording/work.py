@@ -116,12 +116,28 @@ class ServeFoxglove(Job[None], frozen=True):
     name: str
 
 
-class BeginRecording(Job[None], frozen=True):
-    """Write from now on to this file."""
-
+class NewFile(msgspec.Struct, frozen=True):
     path: str
     described: dict[str, str]
     attached: list[tuple[str, str, bytes]]  # name, media type, content
+
+    def opened(self) -> McapRecording:
+        """The file with its description and the files that belong to it. Raises Unwritable."""
+        recording = McapRecording(Path(self.path))
+        try:
+            recording.describe(DESCRIPTION, self.described)
+            for name, media_type, content in self.attached:
+                recording.attach(name, media_type, content)
+        except Unwritable:
+            recording.discard()
+            raise
+        return recording
+
+
+class BeginRecording(Job[None], frozen=True):
+    """Write from now on to this file."""
+
+    file: NewFile
 
 
 class RecordMoments(Job[FinishedRecording | None], frozen=True):
@@ -137,10 +153,8 @@ class FinishRecording(Job[FinishedRecording], frozen=True):
 class KeepRing(Job[FinishedRecording], frozen=True):
     """Write what is in memory to a file of its own."""
 
-    path: str
+    file: NewFile
     seconds: float
-    described: dict[str, str]
-    attached: list[tuple[str, str, bytes]]
 
 
 class RecoverRecordings(Job[list[FinishedRecording]], frozen=True):
@@ -215,7 +229,7 @@ class RecorderWorker:
     def begin(self, job: BeginRecording) -> None:
         """Open a file. Raises Unwritable."""
         self._settle()
-        self._recording = described(McapRecording(Path(job.path)), job.described, job.attached)
+        self._recording = job.file.opened()
 
     def record(self, job: RecordMoments) -> FinishedRecording | None:
         """Take what came. Raises Unwritable for what came before; then the file is finished as far as it goes."""
@@ -303,7 +317,7 @@ class RecorderWorker:
         kept = [(self._unix_from_monotonic + at, one) for at, one in self._ring if at >= since]
         earlier = (one for at, one in self._ring if at < since and one.topic in LATCHED_TOPICS)
         begun = self._before | {one.topic: one for one in earlier}
-        recording = described(McapRecording(Path(job.path)), job.described, job.attached)
+        recording = job.file.opened()
         try:
             recording.add(begun.values(), kept[0][0])
             for logged, one in kept:
@@ -397,17 +411,3 @@ class RecorderWorker:
         if recording is not None:
             with contextlib.suppress(Unwritable):  # said already; what is there is recovered
                 recording.finish()
-
-
-def described(
-    recording: McapRecording, described: Mapping[str, str], attached: list[tuple[str, str, bytes]]
-) -> McapRecording:
-    """A new recording with its description and the files that belong to it. Raises Unwritable."""
-    try:
-        recording.describe(DESCRIPTION, described)
-        for name, media_type, content in attached:
-            recording.attach(name, media_type, content)
-    except Unwritable:
-        recording.discard()
-        raise
-    return recording

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from console.recording.service import slimmed
+from console.recording.moments import slimmed
 from console.recording.work import (
     BeginRecording,
     DescribeRobot,
     FinishRecording,
     KeepRing,
+    NewFile,
     RecordedMoment,
     RecorderWorker,
     RecordMoments,
@@ -54,7 +55,7 @@ class RecordedPilot:
         self._recorder, self._waiting = RecorderWorker(), list[RecordedMoment]()
         card = profile_to_json(profile)
         self._recorder.describe(DescribeRobot(card, card, ring_s))
-        self._recorder.begin(BeginRecording(str(path), {"robot": profile.name}, []))
+        self._recorder.begin(BeginRecording(NewFile(str(path), {"robot": profile.name}, [])))
         self._map = self._view = -1.0
         self._holds_maps = pilot is not None or ring_s > 0
 
@@ -96,7 +97,7 @@ class RecordedPilot:
     def keep(self, path: Path, seconds: float) -> None:
         """Save what the ring holds."""
         self._send()
-        self._recorder.keep(KeepRing(str(path), seconds, {}, []))
+        self._recorder.keep(KeepRing(NewFile(str(path), {}, []), seconds))
 
     def leave(self) -> None:
         """The recorder's process ends, as it does when the console is gone."""

@@ -26,7 +26,8 @@ from rosbags.highlevel import AnyReader
 from console.access.roles import ANY_FILE
 from console.http.problems import Problem
 from console.maps.service import ITSELF
-from console.recording.service import RecordingService
+from console.recording.recorder import DriveRecorder
+from console.recording.store import RecordingStore
 from console.recording.work import ReadRecording, RecorderWorker, RecoverRecordings
 from console.workers.worker import Worker, WorkerLost
 from core.errors import Refused, Unwritable
@@ -172,13 +173,13 @@ def test_no_recording_is_deleted_while_nobody_knows_which_have_a_note(tmp_path: 
     noted.touch()
     os.truncate(noted, 200_000_000)
     with Live(tmp_path, no_auth=True) as live:
-        recorder = live.runtime.parts[RecordingService]
-        recorder._settings = replace(recorder._settings, folder_gb=0.1)
-        live.run(recorder._make_room())
+        store = live.runtime.parts[RecordingStore]
+        store._settings = replace(store._settings, folder_gb=0.1)
+        live.run(store.make_room())
         assert noted.is_file()
         assert any("so none is deleted" in one.text for one in live.runtime.notifications.shown)
-        recorder._deletes = True
-        live.run(recorder._make_room())
+        store._notes_readable = True
+        live.run(store.make_room())
         assert not noted.exists()
 
 
@@ -198,7 +199,7 @@ def test_a_recording_from_elsewhere_is_kept_as_it_came_and_can_be_opened(live: L
     row = rows["theirs.log"]
     assert (row["file"], row["note"], row["bytes"], row["complete"]) == ("theirs.log", "n", len(content), True)
     assert rows["a turn"]["file"] == "a turn.mcap"
-    assert "theirs.log" in [name for name, _, _ in live.runtime.parts[RecordingService]._sizes()]
+    assert "theirs.log" in [name for name, _, _ in live.runtime.parts[RecordingStore]._sizes()]
     assert ask(live, "DELETE", "recordings/theirs.log").status == 204
     assert not (live.home / "recordings" / "theirs.log").exists()
     nothing = put("x.mcap", b"")
@@ -228,7 +229,7 @@ def test_every_recording_has_a_file_of_its_own_however_its_name_ends_or_is_writt
 def test_of_two_that_are_given_one_name_at_once_one_is_refused_and_no_note_is_lost(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    recorder, rename, slow = live.runtime.parts[RecordingService], Path.rename, [0.3, 0.0]
+    store, rename, slow = live.runtime.parts[RecordingStore], Path.rename, [0.3, 0.0]
 
     def slowly(path: Path, target: Path) -> Path:
         time.sleep(0.2)
@@ -245,12 +246,12 @@ def test_of_two_that_are_given_one_name_at_once_one_is_refused_and_no_note_is_lo
         (live.home / "recordings" / f"{name}.mcap").write_bytes(name.encode())
     with monkeypatch.context() as busy:
         busy.setattr(Path, "rename", slowly)
-        ends = live.run(at_once(*(recorder.rewrite(name, None, "same") for name in ("one", "two"))))
+        ends = live.run(at_once(*(store.rewrite(name, None, "same") for name in ("one", "two"))))
     assert [type(one) for one in ends] == [type(None), Problem]
     assert (live.home / "recordings" / "same.mcap").read_bytes() == b"one"
     with monkeypatch.context() as busy:
-        busy.setattr("console.recording.service.write_atomic", written)
-        live.run(at_once(recorder.rewrite("same", "of one", None), recorder.rewrite("two", "of two", None)))
+        busy.setattr("console.recording.store.write_atomic", written)
+        live.run(at_once(store.rewrite("same", "of one", None), store.rewrite("two", "of two", None)))
     notes = json.loads((live.home / "recordings.json").read_bytes())
     assert (notes["same"]["note"], notes["two"]["note"]) == ("of one", "of two")
     for name in ("same", "two"):
@@ -258,7 +259,7 @@ def test_of_two_that_are_given_one_name_at_once_one_is_refused_and_no_note_is_lo
 
 
 def test_a_long_name_leaves_room_for_its_parts_in_every_script(live: Live, recorded: Any) -> None:
-    recorder, name = live.runtime.parts[RecordingService], 80 * "地"
+    recorder, name = live.runtime.parts[DriveRecorder], 80 * "地"
     assert ask(live, "POST", "recordings/start", {"name": name}).status == 201
     live.run(recorder._rotate())
     running = recorder.state.name
@@ -356,9 +357,9 @@ def test_nothing_takes_the_name_of_a_recording_that_runs(live: Live, recorded: A
 def test_a_recording_begins_though_its_note_cannot_be_kept_and_ends_for_its_own_starter_alone(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    recorder = live.runtime.parts[RecordingService]
+    recorder = live.runtime.parts[DriveRecorder]
     with monkeypatch.context() as disk:
-        disk.setattr("console.recording.service.write_atomic", full)
+        disk.setattr("console.recording.store.write_atomic", full)
         assert ask(live, "POST", "recordings/start", {"name": "noted", "note": "a note"}).status == 201
     assert recorder._base == "noted"
     live.run(recorder.stop_own("of a route", ITSELF))
@@ -455,8 +456,9 @@ def test_a_long_recording_goes_on_in_files_that_keep_its_note_and_the_oldest_of_
         return [one.text for one in live.runtime.notifications.shown if "folder of recordings" in one.text]
 
     with Live(tmp_path, no_auth=True) as live:
-        recorder = live.runtime.parts[RecordingService]
-        recorder._settings = replace(recorder._settings, file_mb=1.0, folder_gb=0.1, ring_s=0.0)
+        recorder, store = live.runtime.parts[DriveRecorder], live.runtime.parts[RecordingStore]
+        recorder._settings = replace(recorder._settings, file_mb=1.0, ring_s=0.0)
+        store._settings = replace(store._settings, folder_gb=0.1)
         assert ask(live, "POST", "recordings/start", {"name": "long", "note": "mine"}).status == 201
         for age, name in ((200, "older"), (100, "newer")):
             path = tmp_path / "recordings" / f"{name}.mcap"
@@ -481,7 +483,7 @@ def test_a_long_recording_goes_on_in_files_that_keep_its_note_and_the_oldest_of_
 
 
 def test_a_killed_recorder_loses_a_second_and_the_rest_is_recovered(live: Live, recorded: Any) -> None:
-    recorder = live.runtime.parts[RecordingService]
+    recorder = live.runtime.parts[DriveRecorder]
     assert ask(live, "POST", "recordings/start", {"name": "cut"}).status == 201
     live.until(lambda: recorder.state.seconds > 2.0, seconds=60.0)
     written = recorder.state
@@ -616,11 +618,11 @@ def test_what_the_disk_refuses_is_told_and_ends_no_recorder(tmp_path: Path, monk
         unlink(path, missing_ok=missing_ok)
 
     with Live(tmp_path, no_auth=True) as live:
-        recorder = live.runtime.parts[RecordingService]
-        recorder._settings = replace(recorder._settings, folder_gb=0.1)
+        recorder, store = live.runtime.parts[DriveRecorder], live.runtime.parts[RecordingStore]
+        store._settings = replace(store._settings, folder_gb=0.1)
 
         def look() -> None:
-            recorder.revision, recorder._disk_at = recorder.revision + 1, -math.inf
+            store.revision, recorder._disk_s = store.revision + 1, -math.inf
             recorder._wake.set()
 
         with monkeypatch.context() as patch:
