@@ -12,7 +12,7 @@ from console.maps.service import MapService
 from console.options import Options, member_options
 from console.part import BackgroundTask
 from console.people.inhabitants import move_in
-from console.recording.recorder import DriveRecorder
+from console.recording.recorder import RecorderService
 from console.robot.supervisor import RobotSupervisor
 from console.runtime import Runtime
 from console.service_manager import ServiceManagerWatchdog
@@ -43,7 +43,7 @@ def make_runtime(
     )
     runtime.parts.add(ServiceManagerWatchdog())
     add_parts(options, address, runtime)
-    runtime.parts[DriveRecorder].foxglove_port = options.foxglove or 0
+    runtime.parts[RecorderService].foxglove_port = options.foxglove or 0
     runtime.parts[ConnectionService].reach = Reach(options.connect)
     return runtime
 

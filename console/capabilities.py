@@ -27,7 +27,7 @@ from console.maps.zones import ZoneService
 from console.part import Part, Parts
 from console.people.look_service import LookService
 from console.people.service import EnrollmentService
-from console.recording.recorder import DriveRecorder
+from console.recording.recorder import RecorderService
 from console.recording.store import RecordingStore
 from console.robot.supervisor import RobotSupervisor
 from console.speech.browser_microphone import BrowserMicrophone
@@ -57,10 +57,10 @@ class ConsoleBase:
     adopted: Callable[[Settings], None]  # settings that are declared live have changed
 
 
-def drive_recorder(base: ConsoleBase, parts: Parts) -> DriveRecorder:
+def drive_recorder(base: ConsoleBase, parts: Parts) -> RecorderService:
     """The words near the robot go into its recordings, too."""
     calibrations = (base.home / "calibration", base.settings_file or base.home / SETTINGS_FILE)
-    recorder = DriveRecorder(
+    recorder = RecorderService(
         base.settings.recording,
         parts[RecordingStore],
         base.robot,

@@ -21,7 +21,7 @@ from console.messages import state as messages
 from console.messages.map import accuracy, floor
 from console.part import Parts
 from console.people.service import EnrollmentService
-from console.recording.recorder import DriveRecorder
+from console.recording.recorder import RecorderService
 from console.recording.store import RecordingStore
 from console.robot.supervisor import RobotSupervisor
 from console.speech.robot_voice import RobotVoice
@@ -110,7 +110,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int, now: float
         robot=robot(snapshot, around, pace[0]),
         gate=gate(around.robot.status(), snapshot),
         lease=lease(around.lease, now),
-        recording=None if "replay" in profile.capabilities else recorder(parts[DriveRecorder], parts[RecordingStore]),
+        recording=recorder(around),
         playback=playback(parts[PlaybackController].state, snapshot.other),
         viewers=around.sockets.people,
         notices=[
@@ -242,10 +242,13 @@ def lease(held: Lease, now: float) -> messages.LeaseState:
     return shown
 
 
-def recorder(drives: DriveRecorder, store: RecordingStore) -> messages.RecorderState:
-    now = drives.state
+def recorder(around: StateContext) -> messages.RecorderState | None:
+    if "replay" in around.robot.profile.capabilities:
+        return None
+    service, revision = around.parts[RecorderService], around.parts[RecordingStore].revision
+    now = service.state
     return messages.RecorderState(
-        now.name, round(now.seconds, 1), now.bytes, round(now.ring_s, 1), drives.ring_limit_s, store.revision
+        now.name, round(now.seconds, 1), now.bytes, round(now.ring_s, 1), service.ring_limit_s, revision
     )
 
 

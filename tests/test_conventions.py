@@ -154,7 +154,7 @@ def test_a_class_name_means_one_thing() -> None:
     assert {name: where for name, where in places.items() if len(where) > 1} == {}
 
 
-MAX_ONE_WORD_NUMBERS = 17
+MAX_ONE_WORD_NUMBERS = 0
 
 
 def one_word_numbers(tree: ast.Module) -> list[str]:

@@ -12,14 +12,14 @@ from pydantic import Field
 from console.access.roles import ANY_FILE, BodyLimit, needs
 from console.api import RequestBody, Who, part, router, sends_file
 from console.http.downloads import named
-from console.recording.recorder import KEPT_BY, DriveRecorder, RecordingState
+from console.recording.recorder import KEPT_BY, RecorderService, RecordingState
 from console.recording.store import MAX_NAME_LETTERS, MAX_NOTE_LETTERS, RecordingStore
 from console.recording.work import FinishedRecording
 from core.pipelines.drive_film import FilmForm
 
 recordings = router("recordings", 409, 503, 507)
 
-Recorder = Annotated[DriveRecorder, part(DriveRecorder)]
+Recorder = Annotated[RecorderService, part(RecorderService)]
 Recordings = Annotated[RecordingStore, part(RecordingStore)]
 Name = Annotated[str, Path(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
 SampleName = Literal["room", "floor", "people"]

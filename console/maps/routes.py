@@ -28,7 +28,7 @@ from console.maps.places import PlaceService
 from console.maps.service import MapService
 from console.maps.store import checked_name, key_of, slug
 from console.part import Part
-from console.recording.recorder import DriveRecorder
+from console.recording.recorder import RecorderService
 from console.speech.robot_voice import RobotVoice
 from console.workers.tasks import HeldTasks
 from core.commands.come_here import COME_HERE
@@ -128,7 +128,7 @@ class RouteService(Part):
         # called with what happened at a stop, and how it ended
         self.when_noted: list[Callable[[str, str], None]] = []
         self.pictures = home / PICTURE_FOLDER
-        self.recorder: DriveRecorder | None = None
+        self.recorder: RecorderService | None = None
         self.clock = time.time  # [s] Unix time
         self._picture: tuple[Image, Pose] | None = None  # the newest, and where the robot was
         self._stamp = 0.0  # [s] robot clock of the newest snapshot

@@ -69,7 +69,7 @@ class RecordingState(msgspec.Struct, frozen=True):
     ring_s: float  # [s] that can be kept now
 
 
-class DriveRecorder(Part):
+class RecorderService(Part):
     """Lives on the event loop. Every moment goes to the recorder's process; what that finishes is in the store."""
 
     def __init__(
@@ -359,7 +359,7 @@ class DriveRecorder(Part):
                 self._notifications.tell("error", str(trouble), "foxglove")
 
     async def _file(self, name: str, cause: str, note: str) -> work.NewFile:
-        """What a new file begins with: its description, the robot, and what is attached."""
+        """The begin of a new file: its description, the robot, and what is attached."""
         profile = self._robot.profile
         described = {"version": beckon_version(), "robot": profile.name, "url": profile.url, "note": note}
         card = {"name": profile.name, "url": profile.url, "radius_m": profile.radius, "kind": profile.kind}

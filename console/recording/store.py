@@ -222,7 +222,7 @@ class RecordingStore(Part):
 
     @property
     def has_changed(self) -> bool:
-        """Whether the list has changed since `make_room`."""
+        """True when the list has changed since `make_room`."""
         return self._room_revision != self.revision
 
     async def make_room(self) -> None:

@@ -52,10 +52,10 @@ GRID: dict[str, tuple[float, ...]] = {
     "lead": (0.4, 0.7, 1.03, 1.3, 1.63, 2.2, 3.0),  # [nats] over all other meanings
     "score": (-7.0, -8.0, -9.0),
     "behind_free": (3.0, 4.0, 5.0),
-    "OTHERWISE_BEHIND_FREE": (1.0, 2.0, 3.0, 4.0),
-    "SOUNDS_ALIKE": (1.0, 2.0, 3.0),
-    "UNHEARD_WORDS": (0.0, 1.0, 1.5, 2.0, 3.0),
-    "NEAR_FREE": (0.5, 1.0, 1.5, 2.0),
+    "OTHERWISE_BEHIND_NATS": (1.0, 2.0, 3.0, 4.0),
+    "ALIKE_LETTERS": (1.0, 2.0, 3.0),
+    "UNHEARD_WORDS_NATS": (0.0, 1.0, 1.5, 2.0, 3.0),
+    "NEAR_FREE_NATS": (0.5, 1.0, 1.5, 2.0),
 }
 """What each threshold may be; `lead`, `score` and `behind_free` are those of numbers."""
 USED = {

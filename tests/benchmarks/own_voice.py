@@ -102,7 +102,7 @@ class Learned(Remembered):
 
 
 def _samples(heard: Utterance) -> Array:
-    return heard.samples[max(len(heard.before) - round(whisper.BEFORE * whisper.RATE_HZ), 0) :]
+    return heard.samples[max(len(heard.before) - round(whisper.LEAD_IN_S * whisper.RATE_HZ), 0) :]
 
 
 def _words(meaning: whisper.Meaning) -> list[str]:

@@ -36,7 +36,7 @@ from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.transcription.transcriber import Transcriber
 from core.speech.understanding.grammar import Refusal, understand
 from core.speech.whisper.log_mel import log_mel
-from core.speech.whisper.recognizer import LEAST_RIGHT, WhisperRecognizer
+from core.speech.whisper.recognizer import MIN_RIGHT_PROBABILITY, WhisperRecognizer
 from tests.benchmarks.command import print_row, run_command
 from tests.benchmarks.word_hearing import listened, padded
 from tests.benchmarks.word_scenes import Clip, clips_of, real, synthetic
@@ -161,7 +161,7 @@ def reliability(heard: list[HeardNumber]) -> dict[str, Any]:
         if within:
             likely, right = np.mean(within, axis=0)
             table[f"{low:g} to {high:g}"] = {"n": len(within), "told": round(likely, 3), "right": round(right, 3)}
-    kept = [right for likely, right in told if likely >= LEAST_RIGHT]
+    kept = [right for likely, right in told if likely >= MIN_RIGHT_PROBABILITY]
     return table | {"believed": len(kept), "wrong": kept.count(False), "of": sum(right for _, right in told)}
 
 

@@ -25,7 +25,7 @@ from console.access.guard import Access
 from console.access.logins import Logins
 from console.app import create_app
 from console.http.server import Server, configured
-from console.recording.recorder import DriveRecorder
+from console.recording.recorder import RecorderService
 from console.runtime import Runtime
 from console.speech.quality_runs import QualityRuns
 from core.pilot import Pilot
@@ -191,8 +191,8 @@ class Live(Served):
         self.runtime = Runtime(
             self.robot, make_pilot or (lambda: Pilot(self.robot.profile)), home=folder, access=access
         )
-        self.runtime.parts[DriveRecorder]._settings = RecordingSettings(ring_s=ring_s, from_start=from_start)
-        self.runtime.parts[DriveRecorder].foxglove_port = foxglove_port
+        self.runtime.parts[RecorderService]._settings = RecordingSettings(ring_s=ring_s, from_start=from_start)
+        self.runtime.parts[RecorderService].foxglove_port = foxglove_port
         self.app = create_app(self.runtime)
         self.server = Server(configured(self.app, *(tls or ())), self.runtime, lambda: None)
 

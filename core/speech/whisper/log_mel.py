@@ -9,8 +9,8 @@ from core.message import Array
 from core.speech.settings import RATE_HZ
 
 WINDOW_SAMPLES, HOP_SAMPLES, MEL_BANDS = 400, 160, 80  # samples, samples, mel filters
-FRAMES = RATE_HZ // HOP_SAMPLES  # in a second
-AHEAD = 3 * FRAMES  # frames of silence that follow the sound, which Whisper is used to: 3 s gain 1 nat over 1 s
+FRAMES_PER_S = RATE_HZ // HOP_SAMPLES  # in a second
+SILENCE_FRAMES = 3 * FRAMES_PER_S  # that follow the sound, which Whisper is used to: 3 s gain 1 nat over 1 s
 ROUND_FRAMES = 100  # frames to a multiple of which it is filled up
 DYNAMICS_DECADES = 8.0  # decades below the loudest value that are kept
 
@@ -24,7 +24,7 @@ def log_mel(samples: Array) -> Array:
     frames = sliding_window_view(padded, WINDOW_SAMPLES)[::HOP_SAMPLES][:-1]
     window = np.hanning(WINDOW_SAMPLES + 1)[:-1].astype(np.float32)
     power = np.abs(np.fft.rfft(frames * window, axis=1)) ** 2  # (T, 201)
-    length = -(-(len(power) + AHEAD) // ROUND_FRAMES) * ROUND_FRAMES
+    length = -(-(len(power) + SILENCE_FRAMES) // ROUND_FRAMES) * ROUND_FRAMES
     mel = np.zeros((MEL_BANDS, length), np.float32)
     mel[:, : len(power)] = filters() @ power.T
     decades = np.log10(np.maximum(mel, 1e-10))
@@ -43,15 +43,15 @@ def filters() -> Array:
 
 
 HERTZ_PER_MEL, BEND_HZ = 200 / 3, 1000.0  # [Hz] per mel, and where the logarithm begins
-STEP = np.log(6.4) / 27
+LOG_HZ_PER_MEL = np.log(6.4) / 27  # above that
 
 
 def _mel(hertz: float) -> float:
-    return (
-        hertz / HERTZ_PER_MEL if hertz < BEND_HZ else BEND_HZ / HERTZ_PER_MEL + float(np.log(hertz / BEND_HZ)) / STEP
-    )
+    above = float(np.log(max(hertz / BEND_HZ, 1.0))) / LOG_HZ_PER_MEL
+    return min(hertz, BEND_HZ) / HERTZ_PER_MEL + above
 
 
 def _hertz(mel: Array) -> Array:
     bend = BEND_HZ / HERTZ_PER_MEL
-    return np.where(mel < bend, mel * HERTZ_PER_MEL, BEND_HZ * np.exp(STEP * (np.maximum(mel, bend) - bend)))
+    above = BEND_HZ * np.exp(LOG_HZ_PER_MEL * (np.maximum(mel, bend) - bend))
+    return np.where(mel < bend, mel * HERTZ_PER_MEL, above)

@@ -69,32 +69,34 @@ from core.speech.whisper.spellings import (
 )
 from core.speech.whisper.tokenizer import Tokenizer
 from core.speech.whisper.transformer import Decoder, Encoder
-from core.speech.whisper.word_times import FRAME, spans_of
+from core.speech.whisper.word_times import FRAME_S, spans_of
 
-LONGEST = 26  # [s] of sound that are read: its end, where it is longer
-SHORTEST = 0.1  # [s] of sound below which nothing was said
-RIVALS = 4  # meanings of which the best is chosen
+MAX_SOUND_S = 26  # of which more is not read: only its end, where it is longer
+MIN_SOUND_S = 0.1  # below which nothing was said
+MAX_RIVALS = 4  # meanings of which the best is chosen
 THRESHOLDS = Thresholds(reject=1.0, accept=2.0)  # [nats] before the second meaning
-UNREAD = 1.0  # [nats] below the last of the second reading, for those that it lacks
-NUMBER_ODDS = 1.35  # [nats] of log odds that a number is right, per nat of its lead (`tests.benchmarks.voices`)
-LEAST_RIGHT = 0.8  # probability that a number is right, below which it is rejected
-MOST_LEAD = 4.0  # [nats] beyond which a lead says no more: one number in 300 is wrong however far it is ahead
-NUMBER_THRESHOLDS = Thresholds(reject=log_odds(LEAST_RIGHT) / NUMBER_ODDS, accept=2.0, scale=1 / NUMBER_ODDS)
-SLOWER = 1.1  # times as long the sound lasts in the second reading of what is doubtful
+UNREAD_NATS = 1.0  # below the last of the second reading: the score there of a meaning that it lacks
+LOG_ODDS_PER_NAT = 1.35  # [nats] of log odds that a number is right, per nat of its lead (`tests.benchmarks.voices`)
+MIN_RIGHT_PROBABILITY = 0.8  # probability that a number is right, below which it is rejected
+MAX_LEAD_NATS = 4.0  # beyond which a lead says no more: one number in 300 is wrong however far it is ahead
+NUMBER_THRESHOLDS = Thresholds(
+    reject=log_odds(MIN_RIGHT_PROBABILITY) / LOG_ODDS_PER_NAT, accept=2.0, scale=1 / LOG_ODDS_PER_NAT
+)
+SLOWER_PACE = 1.1  # times as long the sound lasts in the second reading of what is doubtful
 OTHER_PACES = 0.87, 1.22  # times as long it lasts in two more readings of a name that fits too badly in the first two
 MIN_AGREEING = 3  # of these four, in which it has to be the likeliest name
-REJECTED_BEFORE = 4.0  # [nats] by which a command is less likely that was rejected just before
-OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is offered
-BEFORE = 0.2  # [s] before the voice that are read: more silence there makes every text less likely
-UNHEARD_WORDS = 1.5  # [nats] by which a number is likelier beside one without some of its words: they get lost
-NEAR_FREE = 1.0  # [nats] behind the best meaning, down to which free text with more digits or words is against it
+REJECTED_BEFORE_NATS = 4.0  # by which a command is less likely that was rejected just before
+OFFERED_BEHIND_NATS = 6.0  # behind the best free text, down to which a meaning is offered
+LEAD_IN_S = 0.2  # of what was before the voice is read: more silence there makes every text less likely
+UNHEARD_WORDS_NATS = 1.5  # by which a number is likelier beside one without some of its words: they get lost
+NEAR_FREE_NATS = 1.0  # behind the best meaning, down to which free text with more digits or words is against it
 TO_NAMES = frozenset(
     one.split(" {name}")[0].removesuffix(" the").replace("route", spelling)
     for one in (*TO_PLACE, *START_ROUTE.words)
     for spelling in ROUTE_SPELLINGS
 )
 """Words before the names of places and routes: "go to"."""
-MOST_SLURRED = 8.0  # [nats] behind the best free text, down to which those words may be meant
+SLURRED_BEHIND_NATS = 8.0  # behind the best free text, down to which those words may be meant
 OTHER_LENGTH = re.compile(
     r"(?i)\b(?:half|quarter|first|second|third|fourth|fifth|sixth|seventh|eighth|ninth|tenth|once|twice|double)s?\b"
     r"|[0-9](?:st|nd|rd|th)\b|[½¼¾]|[0-9]/[0-9]"
@@ -104,24 +106,25 @@ OTHER_LENGTH = re.compile(
 feet, nor two meters to the left is 2 meters ahead.
 """
 DOUBLED = re.compile(r"\.([1-9])\1")  # the same decimal twice: it is also written where it was said three times
-LEAST_SPOKEN_M = 0.05  # [m] of a spoken length or place but 0: "one centimeters" is written for "one or two meters"
-OFTEN, RARELY = -14.0, -20.0  # [nats] of words by chance: "follow me" is above, "turn left" near the lower
-BELOW = 2.0  # [nats] below its bound, down to which its score may be then
-SELDOM = 1.0  # [nats] by which "3.0", "1.05", "0.77" are less likely: they are written for "3.2", "1.25", "0.7"
-DECIMAL = "Continue 1.{digit} meters."  # in which decimals by chance are compared
+LEAST_SPOKEN_M = 0.05  # of a spoken length or place but 0: "one centimeters" is written for "one or two meters"
+COMMON_CHANCE_NATS = -14.0  # of words by chance: "follow me" is above
+RARE_CHANCE_NATS = -20.0  # the same for rare ones: "turn left" is near
+COMMON_MARGIN_NATS = 2.0  # below its bound, down to which its score may be then
+SELDOM_NATS = 1.0  # by which "3.0", "1.05", "0.77" are less likely: they are written for "3.2", "1.25", "0.7"
+DECIMAL_SENTENCE = "Continue 1.{digit} meters."  # in which decimals by chance are compared
 NAMES_BY_CHANCE = 0.3  # of their nats that count
-USUAL_WORDS = -23.5  # [nats] of a usual name by chance: "Go to the bedroom."
+USUAL_WORDS_NATS = -23.5  # of a usual name by chance: "Go to the bedroom."
 UNUSUAL_SHARE = 0.6  # of the nats below that, by which rarer words may be likelier than a name
 MOST_UNUSUAL_NATS = 5.0  # by which they may be, at most
-NO_OTHER = 5.0  # [nats] by which a name that no other words compete with is ahead of them
-ALIKE_NAMES = 2.5  # [nats] by which a name must be likelier than other words that sound like it
+UNRIVALLED_LEAD_NATS = 5.0  # by which a name that no other words compete with is ahead of them
+ALIKE_NAMES_NATS = 2.5  # by which a name must be likelier than other words that sound like it
 SOUND_SCALE = 40.0  # [nats] by the other engine that count as one here
 MAX_FOR_NATS, MAX_AGAINST_NATS = 3.0, 4.0  # that it may add to a name, and take from it
 WEIGHED_SCORE, WEIGHED_LEAD = 1.2, 1.0  # [nats] by which both bounds of a name are wider before that
 CONTRADICTING_NATS = -100.0  # by the other engine, from which a name that keeps its own bounds is doubted
 MIN_FIT_OF_BEST = 0.3  # [nats] by which it must keep its bounds in its best two readings; unknown places did by 0.2
 DENYING_NATS = -250.0  # by the other engine, from which a name is not read again; no voice was known below -220
-USUAL_NAME = -21.0  # [nats] of "Go to the garden." by chance
+USUAL_NAME_NATS = -21.0  # of "Go to the garden." by chance
 DECIMALS_BY_CHANCE = 0.5  # of their nats that do not count: 5 is written 3 nats more often than 9
 NO_WORDS = re.compile(r"(?i:you)?[\s.,!?♪♫>]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*]*\*|[♪♫][^♪♫]*[♪♫]?)[\s.,!?♪♫>]*)*")
 """Texts that Whisper writes for sounds that are no speech: "(wind howling)", "[Music]", "*cough*", ">>", "you"."""
@@ -132,8 +135,8 @@ NAME_STOP = frozenset(
 )
 """Commands with words that stop which do something else: "stop at 1 and 2", "pause"."""
 TO_PERSON = frozenset(kind.name for kind in VOCABULARY if kind.target == "person")
-LONG = 1.2  # [s] of an utterance from which more was said in it than the words of such a command
-EXACT = 0.3  # [s] to which the times of words are known
+LONG_UTTERANCE_S = 1.2  # from which more was said in an utterance than the words of such a command
+WORD_TIME_ERROR_S = 0.3  # to which the times of words are known
 VOICE_DB = 10.0  # below its loudest parts, to which a voice is measured: echoes and others' talk are fainter
 BEGIN_SHARE = 0.5  # of a voice's length, in which a command is less likely than in all of it
 MOST_GAINED_NATS = 1.0  # by which it may be likelier there
@@ -152,8 +155,8 @@ class Bounds:
     behind_free: float  # [nats] behind the best free text that means something else, at most
 
 
-SOUNDS_ALIKE = 2  # letters of a sound that differ between words that may be the same
-OTHERWISE_BEHIND_FREE = 2.0  # [nats] behind the best free text that sounds otherwise, for numbers
+ALIKE_LETTERS = 2  # letters of a sound that differ between words that may be the same
+OTHERWISE_BEHIND_NATS = 2.0  # behind the best free text that sounds otherwise, for numbers
 NUMBER_BOUNDS, COMMON_BOUNDS, RARE_BOUNDS, STOP_BOUNDS, NAME_BOUNDS = (
     Bounds(score=-8, behind_free=4),
     Bounds(score=-6, behind_free=0.7),
@@ -181,7 +184,7 @@ class Meaning:
 
     def ahead_of(self, other: Meaning) -> float:
         """Return by how much [nats] this is likelier than the other one."""
-        unheard = UNHEARD_WORDS * (_lacks_words(other.key, self.key) - _lacks_words(self.key, other.key))
+        unheard = UNHEARD_WORDS_NATS * (_lacks_words(other.key, self.key) - _lacks_words(self.key, other.key))
         by_chance = self.by_chance - other.by_chance if _shape(self.key) == _shape(other.key) else 0.0
         ahead = self.nats - other.nats
         if self.again is not None and other.again is not None:
@@ -230,7 +233,7 @@ class WhisperRecognizer:
         for (name, _), one in zip(phrases, self._chance.of(texts, decoder, columns, tokenizer), strict=True):
             nats[name] = max(nats.get(name, -math.inf), one)
         self._fixed = {name: (_bounds_of if name in SPECS else _bounds_of_name)(one) for name, one in nats.items()}
-        decimals = (DECIMAL.format(digit=digit) for digit in range(10))
+        decimals = (DECIMAL_SENTENCE.format(digit=digit) for digit in range(10))
         self._decimals = np.array(self._chance.of(decimals, decoder, columns, tokenizer))
         self._written = {
             _named(one.kind, one.place): [
@@ -251,7 +254,8 @@ class WhisperRecognizer:
 
     def decide(self, utterance: Utterance) -> Decision:
         """Compare the best meaning with free text and with the second meaning."""
-        samples = utterance.samples[max(len(utterance.before) - round(BEFORE * RATE_HZ), 0) :][-LONGEST * RATE_HZ :]
+        begin = max(len(utterance.before) - round(LEAD_IN_S * RATE_HZ), 0)
+        samples = utterance.samples[begin:][-MAX_SOUND_S * RATE_HZ :]
         found = self.search(samples)
         meanings, agreed = self._weighed(samples, found, utterance.rejected)
         objection = TOO_LONG if utterance.cut else "" if agreed else NOT_SURE
@@ -271,16 +275,16 @@ class WhisperRecognizer:
     def _timed(self, decision: Decision, utterance: Utterance, samples: Array, found: Found) -> Decision:
         """A command to a person in a long utterance with when its words were said: others may have talked in it."""
         command = decision.command
-        if command is None or command.name not in TO_PERSON or utterance.end - utterance.begin < LONG:
+        if command is None or command.name not in TO_PERSON or utterance.end - utterance.begin < LONG_UTTERANCE_S:
             return decision
         said = self._said(command.name, samples, found)
         if said is None:
             return decision
         first = utterance.sound.stamp + (len(utterance.samples) - len(samples)) / RATE_HZ  # [s] of the samples
         begin, end = first + said[0], min(first + said[1], utterance.end)
-        if begin < utterance.begin + EXACT:
+        if begin < utterance.begin + WORD_TIME_ERROR_S:
             begin = utterance.begin
-        alone = begin == utterance.begin and end > utterance.end - EXACT
+        alone = begin == utterance.begin and end > utterance.end - WORD_TIME_ERROR_S
         return decision if alone else replace(decision, said=(begin, end))
 
     def _said(self, name: str, samples: Array, found: Found) -> tuple[float, float] | None:
@@ -292,8 +296,8 @@ class WhisperRecognizer:
         if text is None:
             return None
         attention = self._search.attention(self.encode(log_mel(samples)), text)
-        for begin, end in islice(spans_of(attention[:, : round(len(samples) / RATE_HZ / FRAME)]), MOST_SPANS):
-            part = samples[max(round((begin - BEFORE) * RATE_HZ), 0) : round(end * RATE_HZ)]
+        for begin, end in islice(spans_of(attention[:, : round(len(samples) / RATE_HZ / FRAME_S)]), MOST_SPANS):
+            part = samples[max(round((begin - LEAD_IN_S) * RATE_HZ), 0) : round(end * RATE_HZ)]
             read = self.search(part)
             decision = self._decided(self.meanings(read), read, "")
             if decision.command is not None and decision.command.name == name:
@@ -311,7 +315,7 @@ class WhisperRecognizer:
         best, lead = _best(meanings) if meanings else (None, 0.0)
         if best is None or (lead >= THRESHOLDS.reject and not best.key[1]) or self._fits(best, found) <= 0:
             return meanings, True
-        slower = self.search(resampled(samples, RATE_HZ, SLOWER * RATE_HZ))
+        slower = self.search(resampled(samples, RATE_HZ, SLOWER_PACE * RATE_HZ))
         again = self.meanings(slower, rejected)
         both = _read_twice(meanings, again, found, slower)
         return both, len({_best(one)[0].key for one in (meanings, again, both) if one}) == 1
@@ -329,10 +333,10 @@ class WhisperRecognizer:
             return NOT_SURE
         same = (one for one in (*found.spellings, *found.free) if self._is_of(one, command.name))
         text = max(same, key=lambda one: one.nats, default=None)
-        others_may_talk = command.name in TO_PERSON and utterance.end - utterance.begin > LONG
+        others_may_talk = command.name in TO_PERSON and utterance.end - utterance.begin > LONG_UTTERANCE_S
         if text is None or has_said_numbers(command) or others_may_talk:
             return ""
-        near = (one for one in found.free if one.nats > text.nats - NEAR_FREE)
+        near = (one for one in found.free if one.nats > text.nats - NEAR_FREE_NATS)
         if any(_holds_more(one.text, text.text) and not self._is_of(one, command.name) for one in near):
             return MORE_SAID
         if not self._begins_alike(text, samples):
@@ -357,7 +361,7 @@ class WhisperRecognizer:
 
     def _confirmed_slower(self, decision: Decision, samples: Array, rejected: Iterable[str]) -> bool:
         """Return whether slower speech, by itself, is the same command."""
-        found = self.search(resampled(samples, RATE_HZ, SLOWER * RATE_HZ))
+        found = self.search(resampled(samples, RATE_HZ, SLOWER_PACE * RATE_HZ))
         again = self._decided(self.meanings(found, rejected), found, "").command
         return again is not None and decision.command is not None and again.name == decision.command.name
 
@@ -370,11 +374,11 @@ class WhisperRecognizer:
         if not any(one.place for one in self._own):
             return decision
         free = found.free[0].nats if found.free else -math.inf
-        near = (one for one in found.spellings if one.nats > free - MOST_SLURRED)
+        near = (one for one in found.spellings if one.nats > free - SLURRED_BEHIND_NATS)
         begun = next((begin for one in near if (begin := self._search.begin_of(one, TO_NAMES))), ())
         if not begun:
             return decision
-        views = [samples, resampled(samples, RATE_HZ, SLOWER * RATE_HZ)]
+        views = [samples, resampled(samples, RATE_HZ, SLOWER_PACE * RATE_HZ)]
         readings = [_all_as_spellings(self.search(one, begun)) for one in views]
         first, second = (self.meanings(one, utterance.rejected) for one in readings)
         both = _read_twice(first, second, *readings) if first and second else []
@@ -485,12 +489,12 @@ class WhisperRecognizer:
         over: list[float] = []
         alike = math.inf
         for read, nats in zip(readings, (meaning.nats, meaning.again or 0.0), strict=True):
-            least = NO_OTHER
+            least = UNRIVALLED_LEAD_NATS
             for other in self._other_names(meaning, read, begun):
                 ahead = nats - other.nats + (0.0 if by_sound is None else by_sound[other.text])
                 if other.usual_alike:
-                    alike = min(alike, ahead - ALIKE_NAMES)
-                unusual = UNUSUAL_SHARE * max(USUAL_WORDS - other.by_chance, 0.0)
+                    alike = min(alike, ahead - ALIKE_NAMES_NATS)
+                unusual = UNUSUAL_SHARE * max(USUAL_WORDS_NATS - other.by_chance, 0.0)
                 least = min(least, ahead + min(unusual, MOST_UNUSUAL_NATS))
             over.append(least)
         return min(alike, sum(over) / len(over) + NAME_BOUNDS.behind_free)
@@ -503,7 +507,7 @@ class WhisperRecognizer:
             for words, texts in groups.items()
             if names_alike(words, said) and np.logaddexp.reduce([one.nats for one in texts]) > own
         ]
-        return bool(likelier) and max(self._search.by_chance(likelier)) > USUAL_WORDS
+        return bool(likelier) and max(self._search.by_chance(likelier)) > USUAL_WORDS_NATS
 
     def _in_place_of(
         self, meaning: Meaning, read: Found, begun: tuple[int, ...]
@@ -526,7 +530,7 @@ class WhisperRecognizer:
                 text=texts[0].text,
                 nats=float(np.logaddexp.reduce([one.nats for one in texts])),
                 by_chance=float(chance),
-                usual_alike=bool(chance > USUAL_WORDS) and names_alike(words, name),
+                usual_alike=bool(chance > USUAL_WORDS_NATS) and names_alike(words, name),
             )
             for (words, texts), chance in zip(groups.items(), usual, strict=True)
         ]
@@ -555,14 +559,14 @@ class WhisperRecognizer:
 
     def search(self, samples: Array, begun: tuple[int, ...] = ()) -> Found:
         """Samples (N,) of full scale ±1 at 16 kHz → the likeliest commands and free texts that begin so."""
-        if len(samples) < SHORTEST * RATE_HZ or not np.any(samples):
+        if len(samples) < MIN_SOUND_S * RATE_HZ or not np.any(samples):
             return Found(spellings=(), free=())
-        heard = samples[-LONGEST * RATE_HZ :]
+        heard = samples[-MAX_SOUND_S * RATE_HZ :]
         return self._search.search(self._hear(heard), len(heard) / RATE_HZ, begun)
 
     def _hear(self, samples: Array) -> Array:
         """Encode samples (N,) → (T, width)."""
-        return self._heard(np.asarray(samples[-LONGEST * RATE_HZ :], float).tobytes())
+        return self._heard(np.asarray(samples[-MAX_SOUND_S * RATE_HZ :], float).tobytes())
 
     def meanings(self, found: Found, rejected: Iterable[str] = ()) -> list[Meaning]:
         """The commands of all spellings that were found, the likeliest first."""
@@ -572,13 +576,15 @@ class WhisperRecognizer:
             key = key_of(spelling, self._own)
             if key is not None:
                 known = sums.get(key)
-                likely = one.nats - SELDOM * seldom_said(spelling)
+                likely = one.nats - SELDOM_NATS * seldom_said(spelling)
                 nats = likely if known is None else float(np.logaddexp(known.nats, likely))
                 sums[key] = Meaning(spelling=known.spelling if known else spelling, nats=nats, key=key)
         unlikely = {key_of(words, self._own) for words in rejected}
         weighed = [
             replace(
-                one, nats=one.nats - REJECTED_BEFORE * (one.key in unlikely), by_chance=self._owed_to_chance(one.key)
+                one,
+                nats=one.nats - REJECTED_BEFORE_NATS * (one.key in unlikely),
+                by_chance=self._owed_to_chance(one.key),
             )
             for one in sums.values()
         ]
@@ -600,7 +606,8 @@ class WhisperRecognizer:
         sentences = [self._sentence(one) for one in (best, *(one for one in meanings[:3] if one is not best))]
         scores, thresholds = Scores(sentence=best.nats, over_free_text=fits, over_second_best=lead), THRESHOLDS
         if best.key[1]:  # free text says nothing more about a number that fits
-            scores, thresholds = Scores(sentence=best.nats, over_second_best=min(lead, MOST_LEAD)), NUMBER_THRESHOLDS
+            scores = Scores(sentence=best.nats, over_second_best=min(lead, MAX_LEAD_NATS))
+            thresholds = NUMBER_THRESHOLDS
         objection = objection or self._objection(best, found)
         return decide(sentences[0], scores, thresholds, objection=objection, others=sentences[1:])
 
@@ -614,8 +621,8 @@ class WhisperRecognizer:
         sound = sound_of(meaning.spelling) if bounds is NUMBER_BOUNDS else ""
         fits = meaning.nats - bounds.score
         for one in self._other_texts(meaning, found):
-            alike = bounds is not NUMBER_BOUNDS or slips(sound, sound_of(one.text)) <= SOUNDS_ALIKE
-            behind = bounds.behind_free if alike else OTHERWISE_BEHIND_FREE
+            alike = bounds is not NUMBER_BOUNDS or slips(sound, sound_of(one.text)) <= ALIKE_LETTERS
+            behind = bounds.behind_free if alike else OTHERWISE_BEHIND_NATS
             fits = min(fits, meaning.nats - one.nats + behind)
         return fits
 
@@ -625,7 +632,7 @@ class WhisperRecognizer:
             return TOO_MANY_DECIMALS
         if best.key[2] or any(0 < abs(value) < LEAST_SPOKEN_M for _, value in best.key[1]):
             return NO_WHOLE_NUMBER
-        near = [one.text for one in self._other_texts(best, found) if one.nats > best.nats - NEAR_FREE]
+        near = [one.text for one in self._other_texts(best, found) if one.nats > best.nats - NEAR_FREE_NATS]
         digits = count_digits(best.spelling)
         more = digits and any(count_digits(text) > digits or OTHER_LENGTH.search(text) for text in near)
         return MORE_DIGITS if more or any(DOUBLED.search(f"{value:.2f}") for _, value in best.key[1]) else ""
@@ -648,7 +655,7 @@ class WhisperRecognizer:
         return [
             one
             for one in meanings
-            if one.nats > max(free - OFFERED, self._bounds(one).score - BELOW)
+            if one.nats > max(free - OFFERED_BEHIND_NATS, self._bounds(one).score - COMMON_MARGIN_NATS)
             and one.key[0] != START.name
             and not one.key[2]
         ]
@@ -745,14 +752,15 @@ def _all_as_spellings(found: Found) -> Found:
 def _read_twice(meanings: list[Meaning], again: list[Meaning], found: Found, found_again: Found) -> list[Meaning]:
     """The meanings of two readings; one that a reading lacks is less likely there than every spelling that it has."""
     first, second = ({one.key: one for one in read} for read in (meanings, again))
-    least, lowest = (min((one.nats for one in read.spellings), default=0.0) - UNREAD for read in (found, found_again))
-    both = [replace(one, again=second[one.key].nats if one.key in second else lowest) for one in meanings]
-    return both + [replace(one, nats=least, again=one.nats) for one in again if one.key not in first]
+    last, last_again = (min((one.nats for one in read.spellings), default=0.0) for read in (found, found_again))
+    unread, unread_again = last - UNREAD_NATS, last_again - UNREAD_NATS
+    both = [replace(one, again=second[one.key].nats if one.key in second else unread_again) for one in meanings]
+    return both + [replace(one, nats=unread, again=one.nats) for one in again if one.key not in first]
 
 
 def _best(meanings: list[Meaning]) -> tuple[Meaning, float]:
     """The meaning that is furthest ahead of all others, and how far [nats]; ∞: there is no other."""
-    few = meanings[:RIVALS]
+    few = meanings[:MAX_RIVALS]
     leads = [min((one.ahead_of(other) for other in meanings if other is not one), default=math.inf) for one in few]
     lead = max(leads)
     return few[leads.index(lead)], lead
@@ -783,7 +791,7 @@ class _ChanceOfPhrases(dict[str, float]):
 
 def _bounds_of(nats: float) -> Bounds:
     """The bounds of a command of which the likeliest phrase, said often or rarely, has so many nats by chance."""
-    share = min(max((OFTEN - nats) / (OFTEN - RARELY), 0.0), 1.0)
+    share = min(max((COMMON_CHANCE_NATS - nats) / (COMMON_CHANCE_NATS - RARE_CHANCE_NATS), 0.0), 1.0)
     return Bounds(
         score=COMMON_BOUNDS.score + share * (RARE_BOUNDS.score - COMMON_BOUNDS.score),
         behind_free=COMMON_BOUNDS.behind_free + share * (RARE_BOUNDS.behind_free - COMMON_BOUNDS.behind_free),
@@ -792,7 +800,7 @@ def _bounds_of(nats: float) -> Bounds:
 
 def _bounds_of_name(nats: float) -> Bounds:
     """The same of a place: a name that is seldom written by itself is written less surely where it was said."""
-    return replace(NAME_BOUNDS, score=NAME_BOUNDS.score + NAMES_BY_CHANCE * (nats - USUAL_NAME))
+    return replace(NAME_BOUNDS, score=NAME_BOUNDS.score + NAMES_BY_CHANCE * (nats - USUAL_NAME_NATS))
 
 
 def _not_understood(free_text: str, resembling: Iterable[Sentence], fits: float) -> Decision:

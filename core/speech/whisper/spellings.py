@@ -28,7 +28,7 @@ from core.speech.understanding.numbers import (
 )
 from core.speech.understanding.own_phrases import sound_key
 
-HIGHEST = 100  # numbers beyond the bounds of speech compete too: else "seven" would be read as the nearest below
+MAX_COMPETING_NUMBER = 100  # beyond the bounds of speech: else "seven" would be read as the nearest below
 SPELT_DECIMALS = 3  # behind the point: one more than are obeyed, for the same reason
 SLOT = re.compile(r"\{(\w+)\}")
 POINT_BETWEEN_DIGITS = re.compile(r"(?<=\d) point (?=\d)")
@@ -138,7 +138,7 @@ class _SpellingBuilder:
         self._write_whole(negative, digits, words)
         minus = self._new()
         self._write(" -", source, minus)
-        for value in range(HIGHEST + 1):
+        for value in range(MAX_COMPETING_NUMBER + 1):
             self._write(str(value), minus, digits)
         for whole in (digits, words):
             self._skip(whole, target)
@@ -176,7 +176,7 @@ class _SpellingBuilder:
                     self._write(f"{value:0{count}}", place, target)
 
     def _write_whole(self, source: int, digits: int, words: int) -> None:
-        for value in range(HIGHEST + 1):
+        for value in range(MAX_COMPETING_NUMBER + 1):
             self._write(f" {value}", source, digits)
         for word in (*DIGITS, *TEEN_WORDS, *TENS, "one hundred"):
             self._write(f" {word}", source, words)

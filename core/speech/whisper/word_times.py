@@ -11,26 +11,26 @@ import numpy as np
 
 from core.message import Array
 
-FRAME = 0.02  # [s]
-SOON = 0.5  # [s] between two tokens of a sentence, at most
-FIRST = 0.4  # [s] from the begin of words to the frame of their first token, at most
-LAST = 0.2  # [s] from the frame of their last token to their end
-FAINT = 1e-6  # attention below which there is none
+FRAME_S = 0.02  # [s]
+MAX_TOKEN_GAP_S = 0.5  # between two tokens of a sentence, at most
+FIRST_TOKEN_DELAY_S = 0.4  # from the begin of words to the frame of their first token, at most
+LAST_TOKEN_LENGTH_S = 0.2  # from the frame of their last token to their end
+MIN_ATTENTION = 1e-6  # below which there is none
 
 
 def spans_of(attention: Array) -> Iterator[tuple[float, float]]:
     """Attention (W, T) of the tokens of words → from when to when [s] they may have been said, likeliest first."""
     since = 0
     while len(attention) and attention.shape[1] > since + len(attention):
-        frames = _chain(np.log(attention[:, since:] + FAINT))
+        frames = _chain(np.log(attention[:, since:] + MIN_ATTENTION))
         first, last = since + frames[0], since + frames[-1]
-        yield first * FRAME - FIRST, last * FRAME + LAST
-        since = last + round(LAST / FRAME)
+        yield first * FRAME_S - FIRST_TOKEN_DELAY_S, last * FRAME_S + LAST_TOKEN_LENGTH_S
+        since = last + round(LAST_TOKEN_LENGTH_S / FRAME_S)
 
 
 def _chain(likely: Array) -> list[int]:
     """Logarithms of attention (W, T) → the frame of each token: the chain of the greatest sum."""
-    reach = round(SOON / FRAME) + 1
+    reach = round(MAX_TOKEN_GAP_S / FRAME_S) + 1
     best, came = likely[0], list[Array]()
     for row in likely[1:]:
         padded = np.concatenate((np.full(reach - 1, -np.inf), best))

@@ -14,7 +14,7 @@ import console.options
 import console.serve
 from console.__main__ import main
 from console.cli import build_parser
-from console.recording.recorder import DriveRecorder
+from console.recording.recorder import RecorderService
 from core.pipelines.record import RobotRecording
 from core.simulation.faulty_robot import open_robot
 from tests.benchmarks.replays import repeated
@@ -90,7 +90,7 @@ def test_every_request_of_the_pages_is_answered(tmp_path: Path) -> None:
     files, (start, stop) = dict[str, bytes](), printed(PAGES[0])
     with Live(tmp_path / "records") as live:
         assert sent(live, start, files).status == 201
-        live.until(lambda: live.runtime.parts[DriveRecorder].state.seconds > 1.0)
+        live.until(lambda: live.runtime.parts[RecorderService].state.seconds > 1.0)
         assert sent(live, stop, files).json["complete"]
     drive(open_robot("lab", seed=3, settings=None), tmp_path / "short.mcap", 120, lambda *_: None)
     long = repeated(tmp_path / "short.mcap", tmp_path / "contact.mcap", LENGTH_S)

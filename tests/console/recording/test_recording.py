@@ -26,7 +26,7 @@ from rosbags.highlevel import AnyReader
 from console.access.roles import ANY_FILE
 from console.http.problems import Problem
 from console.maps.service import ITSELF
-from console.recording.recorder import DriveRecorder
+from console.recording.recorder import RecorderService
 from console.recording.store import RecordingStore
 from console.recording.work import ReadRecording, RecorderWorker, RecoverRecordings
 from console.workers.worker import Worker, WorkerLost
@@ -259,7 +259,7 @@ def test_of_two_that_are_given_one_name_at_once_one_is_refused_and_no_note_is_lo
 
 
 def test_a_long_name_leaves_room_for_its_parts_in_every_script(live: Live, recorded: Any) -> None:
-    recorder, name = live.runtime.parts[DriveRecorder], 80 * "地"
+    recorder, name = live.runtime.parts[RecorderService], 80 * "地"
     assert ask(live, "POST", "recordings/start", {"name": name}).status == 201
     live.run(recorder._rotate())
     running = recorder.state.name
@@ -357,7 +357,7 @@ def test_nothing_takes_the_name_of_a_recording_that_runs(live: Live, recorded: A
 def test_a_recording_begins_though_its_note_cannot_be_kept_and_ends_for_its_own_starter_alone(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    recorder = live.runtime.parts[DriveRecorder]
+    recorder = live.runtime.parts[RecorderService]
     with monkeypatch.context() as disk:
         disk.setattr("console.recording.store.write_atomic", full)
         assert ask(live, "POST", "recordings/start", {"name": "noted", "note": "a note"}).status == 201
@@ -456,7 +456,7 @@ def test_a_long_recording_goes_on_in_files_that_keep_its_note_and_the_oldest_of_
         return [one.text for one in live.runtime.notifications.shown if "folder of recordings" in one.text]
 
     with Live(tmp_path, no_auth=True) as live:
-        recorder, store = live.runtime.parts[DriveRecorder], live.runtime.parts[RecordingStore]
+        recorder, store = live.runtime.parts[RecorderService], live.runtime.parts[RecordingStore]
         recorder._settings = replace(recorder._settings, file_mb=1.0, ring_s=0.0)
         store._settings = replace(store._settings, folder_gb=0.1)
         assert ask(live, "POST", "recordings/start", {"name": "long", "note": "mine"}).status == 201
@@ -483,7 +483,7 @@ def test_a_long_recording_goes_on_in_files_that_keep_its_note_and_the_oldest_of_
 
 
 def test_a_killed_recorder_loses_a_second_and_the_rest_is_recovered(live: Live, recorded: Any) -> None:
-    recorder = live.runtime.parts[DriveRecorder]
+    recorder = live.runtime.parts[RecorderService]
     assert ask(live, "POST", "recordings/start", {"name": "cut"}).status == 201
     live.until(lambda: recorder.state.seconds > 2.0, seconds=60.0)
     written = recorder.state
@@ -618,7 +618,7 @@ def test_what_the_disk_refuses_is_told_and_ends_no_recorder(tmp_path: Path, monk
         unlink(path, missing_ok=missing_ok)
 
     with Live(tmp_path, no_auth=True) as live:
-        recorder, store = live.runtime.parts[DriveRecorder], live.runtime.parts[RecordingStore]
+        recorder, store = live.runtime.parts[RecorderService], live.runtime.parts[RecordingStore]
         store._settings = replace(store._settings, folder_gb=0.1)
 
         def look() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from console.recording.recorder import DriveRecorder
+from console.recording.recorder import RecorderService
 from core.commands.command import Command
 from core.gate import ZERO
 from core.pilot.recorded_drive import AsRecorded, Comparer, ComputedNow, robot_of
@@ -197,7 +197,7 @@ def test_a_session_that_is_recorded_from_its_start_is_computed_again_to_the_last
         InProcessRobot, "next_frame", lambda robot, timeout: (one := taken(robot, timeout)) and recordable(one)
     )
     with Live(tmp_path, no_auth=True, from_start=True) as live:
-        recorder = live.runtime.parts[DriveRecorder]
+        recorder = live.runtime.parts[RecorderService]
         live.until(lambda: recorder.state.seconds > 1.0, seconds=60.0)
     [path] = (tmp_path / "recordings").iterdir()
     snapshots, comparer, computed = again(path)

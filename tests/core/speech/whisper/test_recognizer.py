@@ -21,7 +21,7 @@ from core.speech.understanding.place_names import place_phrases
 from core.speech.whisper.joint_search import Found, JointSearch, ScoredText
 from core.speech.whisper.keyword_spotting import WhisperKeywordSpotter
 from core.speech.whisper.log_mel import filters, log_mel
-from core.speech.whisper.recognizer import COMMON_BOUNDS, LEAST_RIGHT, RARE_BOUNDS, WhisperRecognizer
+from core.speech.whisper.recognizer import COMMON_BOUNDS, MIN_RIGHT_PROBABILITY, RARE_BOUNDS, WhisperRecognizer
 from core.speech.whisper.transformer import Decoding, gelu
 from tests.core.speech.ears import mono, padded, pieces, whisper
 
@@ -215,7 +215,7 @@ def test_the_confidence_in_a_number_is_the_probability_that_it_is_right():
     """0.77 at a lead that is refused, 0.97 at 2.6 nats, and no more than 0.995 whatever the lead is."""
     told = [decided({"continue 2 meters": -1.0, "continue 3 meters": -1.0 - lead}, {}) for lead in (0.9, 2.6, 9.0)]
     assert [one.confidence for one in told] == pytest.approx([0.771, 0.971, 0.9955], abs=1e-3)
-    assert [one.command is None for one in told] == [one.confidence < LEAST_RIGHT for one in told]
+    assert [one.command is None for one in told] == [one.confidence < MIN_RIGHT_PROBABILITY for one in told]
 
 
 def test_what_is_clear_is_read_only_once():

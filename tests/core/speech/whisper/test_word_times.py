@@ -10,8 +10,8 @@ from core.message import Array
 from core.speech.recognition.recognizer import Utterance, for_words
 from core.speech.settings import RATE_HZ
 from core.speech.synthesis import VoiceSettings, speak
-from core.speech.whisper.recognizer import LONGEST
-from core.speech.whisper.word_times import FIRST, FRAME, LAST, spans_of
+from core.speech.whisper.recognizer import MAX_SOUND_S
+from core.speech.whisper.word_times import FIRST_TOKEN_DELAY_S, FRAME_S, LAST_TOKEN_LENGTH_S, spans_of
 from tests.core.speech.ears import mono, whisper
 
 
@@ -25,18 +25,20 @@ def attention(*frames: tuple[int, ...], length: int = 200) -> Array:
 
 def test_words_last_from_before_their_first_token_to_behind_their_last() -> None:
     begin, end = next(iter(spans_of(attention((40,), (55,)))))
-    assert (begin, end) == pytest.approx((40 * FRAME - FIRST, 55 * FRAME + LAST))
+    assert (begin, end) == pytest.approx((40 * FRAME_S - FIRST_TOKEN_DELAY_S, 55 * FRAME_S + LAST_TOKEN_LENGTH_S))
 
 
 def test_a_token_follows_the_one_before_soon() -> None:
     begin, _ = next(iter(spans_of(attention((10, 120), (135,)))))
-    assert begin == pytest.approx(120 * FRAME - FIRST)
+    assert begin == pytest.approx(120 * FRAME_S - FIRST_TOKEN_DELAY_S)
 
 
 def test_the_next_span_lies_behind_the_first() -> None:
     spans = spans_of(attention((20, 120), (30, 130)))
     first, second = islice(spans, 2)
-    assert (first[0], second[0]) == pytest.approx((20 * FRAME - FIRST, 120 * FRAME - FIRST))
+    assert (first[0], second[0]) == pytest.approx(
+        (20 * FRAME_S - FIRST_TOKEN_DELAY_S, 120 * FRAME_S - FIRST_TOKEN_DELAY_S)
+    )
 
 
 @pytest.mark.parametrize("shape", [(0, 50), (2, 0), (3, 3)])
@@ -108,12 +110,12 @@ def test_words_that_fill_their_utterance_and_words_to_nobody_have_its_times(word
     assert decision.said is None
 
 
-@pytest.mark.parametrize("longest", [3, pytest.param(LONGEST, marks=pytest.mark.campaign)])
+@pytest.mark.parametrize("longest", [3, pytest.param(MAX_SOUND_S, marks=pytest.mark.campaign)])
 def test_words_at_the_end_of_more_sound_than_the_model_knows_are_timed(
     longest: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With a bound of 3 s in the place of the model's, which takes ten times as long."""
-    monkeypatch.setattr("core.speech.whisper.recognizer.LONGEST", longest)
+    monkeypatch.setattr("core.speech.whisper.recognizer.MAX_SOUND_S", longest)
     sound = np.concatenate((np.zeros((longest + 2) * RATE_HZ), said("come here", "en-us"), np.zeros(RATE_HZ)))
     decision = whisper().decide(heard(sound, 0.2))
     assert decision.command is not None
