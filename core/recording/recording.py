@@ -167,7 +167,7 @@ class RecordedPicture:
     @property
     def pixels(self) -> Array:
         """(H, W, 3) uint8, blue-green-red. Raises BadInput."""
-        return pictures.decode(self.content, cv2.IMREAD_COLOR)[0]
+        return pictures.decode(self.content, cv2.IMREAD_COLOR, live=True)[0]
 
 
 @message

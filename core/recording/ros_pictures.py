@@ -177,7 +177,7 @@ def guessed_model(width: int, height: int) -> CameraModel:
 
 def pixels_of(content: Any, kind: str) -> Array:
     """A message with a picture → blue-green-red (H, W, 3) uint8. Raises BadInput."""
-    return decode(bytes(content.data), cv2.IMREAD_COLOR)[0] if kind == COMPRESSED else raw_pixels(content)
+    return decode(bytes(content.data), cv2.IMREAD_COLOR, live=True)[0] if kind == COMPRESSED else raw_pixels(content)
 
 
 def _jpeg(pixels: Array) -> bytes:

@@ -20,6 +20,7 @@ KEYS = ("name", "positions_m", "channels", "sample_rate_hz", "speed_of_sound_m_s
 MIN_MICROPHONES, MAX_MICROPHONES = 2, 256  # microphones
 MAX_RATE_HZ = 1_000_000  # of samples
 MAX_COORDINATE_M = 5.0  # of a microphone from the frame's origin
+MAX_APERTURE_M = 3.0  # between two microphones of one robot
 MAX_SAMPLE = 1e6  # times full scale: files of floats in whole-number units have 3e4; the square of more says nothing
 MAX_NUMBER = 1e300  # beyond, a number of a profile counts as not finite
 FLAT_SHARE = 0.02  # thickness of the array, of its width, below which it is held to be flat
@@ -120,6 +121,11 @@ class MicrophoneArray:
         if not np.isfinite(self.positions).all() or np.abs(self.positions).max() > MAX_COORDINATE_M:
             raise BadInput(
                 f"Microphone positions must be finite and within {MAX_COORDINATE_M:g} m; are they in metres?"
+            )
+        if (apart := float(np.linalg.norm(self.baselines, axis=1).max())) > MAX_APERTURE_M:
+            raise BadInput(
+                f"Two microphones lie {apart:.3g} m apart, as on no robot ({MAX_APERTURE_M:g} m at most); "
+                "are positions_m in metres?"
             )
         if not self.channels:
             object.__setattr__(self, "channels", tuple(range(shape[0])))

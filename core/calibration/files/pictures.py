@@ -1,8 +1,13 @@
 """Pictures from strangers: looked at before they are decoded, and refused in words."""
 
+import contextlib
+import os
+import re
 import struct
+import tempfile
+import threading
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,6 +25,8 @@ MOST_OF_A_PHOTOGRAPH = 2**26  # pixels: telephones take 50 million
 LEAST_SIDE = 64  # [pixel]
 MAX_TAIL_BYTES = 4096  # bytes after the end mark that cameras and editors are known to add
 PNG_HEAD = b"\x89PNG\r\n\x1a\n"
+DAMAGE = re.compile(rb"Corrupt JPEG data: (?!([012]) extraneous bytes)")  # webcams are known to add two bytes
+ERROR_OUTPUT, ERROR_LOCK = 2, threading.Lock()  # of the process, which belongs to one decoder at a time
 SCAN_MARKER = 0xDA  # marker of a JPEG, after which its pixels begin: no end mark is among them
 
 
@@ -58,10 +65,11 @@ def size_words(picture: Array) -> str:
     return f"{picture.shape[1]}x{picture.shape[0]}"
 
 
-def decode(content: bytes, how: int, *, upright: bool = False) -> tuple[Array, str]:
+def decode(content: bytes, how: int, *, upright: bool = False, live: bool = False) -> tuple[Array, str]:
     """Bytes of a picture → its pixels and a remark or ''. Raises BadInput.
 
     Unless `upright`, the orientation in EXIF is not followed: it would swap width and height under a calibration.
+    A damaged JPEG, which is grey from the damage on, is refused, but not among pictures of a `live` stream.
     """
     header = look(content)
     if header is None:
@@ -73,8 +81,10 @@ def decode(content: bytes, how: int, *, upright: bool = False) -> tuple[Array, s
         raise BadInput(f"it is only {header.width}x{header.height} pixels")
     if not header.complete:
         raise BadInput("the file is cut off")
+    said = list[bytes]()
     try:
-        pixels = _pixels(content, how if upright else how | cv2.IMREAD_IGNORE_ORIENTATION)
+        with contextlib.nullcontext() if live else _library_words(said):
+            pixels = _pixels(content, how if upright else how | cv2.IMREAD_IGNORE_ORIENTATION)
     except HeadMismatch:
         raise BadInput("its head says fewer pixels, or darker ones, than it holds; save it again") from None
     except (cv2.error, ValueError):
@@ -87,8 +97,36 @@ def decode(content: bytes, how: int, *, upright: bool = False) -> tuple[Array, s
             if moves
             else "the picture is damaged and cannot be decoded"
         )
+    if any(DAMAGE.search(words) for words in said):
+        raise BadInput("the picture is damaged: a part of it is lost; copy it again")
     turned = header.turned and not upright
     return pixels, "it asks to be shown turned (EXIF); it is used as the sensor took it" if turned else ""
+
+
+@contextlib.contextmanager
+def _library_words(said: list[bytes]) -> Generator[None]:
+    """Add what libraries write to the error output meanwhile: libjpeg says there, and nowhere else, that a picture is
+    damaged.
+
+    Whatever else is written there meanwhile goes on to where it was to go.
+    """
+    with ERROR_LOCK, tempfile.TemporaryFile() as caught:
+        try:
+            kept = os.dup(ERROR_OUTPUT)
+        except OSError:  # the process has none
+            yield
+            return
+        os.dup2(caught.fileno(), ERROR_OUTPUT)
+        try:
+            yield
+        finally:
+            os.dup2(kept, ERROR_OUTPUT)
+            os.close(kept)
+            caught.seek(0)
+            said.append(caught.read())
+            others = [line for line in said[-1].splitlines(keepends=True) if b"JPEG" not in line]
+            if others:
+                os.write(ERROR_OUTPUT, b"".join(others))
 
 
 def _pixels(content: bytes, how: int) -> Array | None:

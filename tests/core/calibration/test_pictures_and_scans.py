@@ -43,6 +43,23 @@ def test_a_picture_that_is_cut_off_is_refused(form: str, share: float) -> None:
         decode(content[: int(len(content) * share)], cv2.IMREAD_GRAYSCALE)
 
 
+@pytest.mark.parametrize("damage", [bytes(40), b"\xff" * 40, b"\xff\xd3", bytes(range(7, 207))])
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.8])
+def test_a_jpeg_that_is_damaged_in_its_middle_is_refused(damage: bytes, share: float, capfd) -> None:
+    noise = np.random.default_rng(3).integers(0, 60, SHAPES.shape)
+    content = encoded(".jpg", (SHAPES // 2 + noise).astype(np.uint8))
+    place = int(len(content) * share)
+    with pytest.raises(BadInput, match="damaged"):
+        decode(content[:place] + damage + content[place + len(damage) :], cv2.IMREAD_GRAYSCALE)
+    assert capfd.readouterr().err == ""
+
+
+def test_bytes_that_webcams_put_before_the_end_are_no_damage(capfd) -> None:
+    content = encoded(".jpg")
+    assert decode(content[:-2] + bytes(2) + content[-2:], cv2.IMREAD_GRAYSCALE)[0].shape == (120, 160)
+    assert decode(content[:-2] + bytes(9) + content[-2:], cv2.IMREAD_GRAYSCALE, live=True)[0].shape == (120, 160)
+
+
 @pytest.mark.parametrize(
     "content",
     [

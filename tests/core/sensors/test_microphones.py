@@ -63,6 +63,7 @@ def test_profiles_by_name_need_no_file():
         ("positions_m = [[0, 0, nan], [1, 0, 0]]", "finite"),
         (f"positions_m = [[0, 0, 1{400 * '0'}], [1, 0, 0]]", "finite"),
         ("positions_m = [[0, 0, 0], [64, 0, 0]]", "metres"),
+        ("positions_m = [[5, 0, 0], [-5, 0, 0], [0, 5, 0]]", "10 m apart"),
         (SQUARE + "channels = [0, 1, 2]", "4 positions but 3 channels"),
         (SQUARE + "channels = [0, 1, 2, 2]", "different channel"),
         (SQUARE + "channels = [0, 1, 2, -1]", "different channel"),
