@@ -5,11 +5,16 @@ translation has the same keys. Where a sentence comes from, only its code stands
 """
 
 import json
+import re
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import Final, Literal, NamedTuple, Self
 
 KEY = "console."  # before the code, in the catalogue
+Language = Literal["en", "de"]  # of the page
+ENGLISH: Final = "en"
+HOLE = re.compile(r"\{(\w+)\}")
+SENTENCE_END = re.compile(r"(?<=[.!?]) (?=\S)")  # between sentences that were put together
 
 
 class SentenceCode(NamedTuple):
@@ -78,9 +83,52 @@ def _pattern(code: str) -> Statement:
 
 
 @cache
-def catalogue() -> dict[str, str]:
-    """Return the English texts of the page, among them those of the console, by their keys."""
-    return json.loads((static_folder() / "i18n" / "en.json").read_bytes())
+def catalogue(name: str = ENGLISH) -> dict[str, str]:
+    """Return the texts of the page in a language, among them those of the console, by their keys."""
+    return json.loads((static_folder() / "i18n" / f"{name}.json").read_bytes())
+
+
+class PageTexts:
+    """The page's texts in one of its languages, as `static/js/ui/texts.js` says them: for a file that leaves it."""
+
+    def __init__(self, language: Language = ENGLISH) -> None:
+        self.language = language
+        self._texts = catalogue(language)
+        self._uncoded: dict[str, str] = {} if language == ENGLISH else catalogue(f"{language}.console")
+
+    def t(self, key: str, **values: object) -> str:
+        """Return a text by its key, with values in the place of their names. Raises KeyError."""
+        return self._texts[key].format_map(values)
+
+    def said(self, sentence: str) -> str:
+        """Return a sentence of the console in this language, by its code or its words; else as it came."""
+        code, values = code_of(sentence)
+        if code is not None:
+            return self._filled(self._texts[KEY + code], values or {})
+        if (words := self._uncoded.get(sentence)) is not None or self.language == ENGLISH:
+            return words or sentence
+        for pattern, words in _patterns(self.language):
+            if found := pattern.fullmatch(sentence):
+                return self._filled(words, found.groupdict())
+        parts = SENTENCE_END.split(sentence)
+        return sentence if len(parts) == 1 else " ".join(map(self.said, parts))
+
+    def _filled(self, words: str, values: dict[str, str]) -> str:
+        return words.format_map({name: self.said(value) for name, value in values.items()})
+
+
+@cache
+def _patterns(language: Language) -> list[tuple[re.Pattern[str], str]]:
+    """Every sentence of the console with its values as groups, and the words of another language."""
+    english, other = catalogue(), catalogue(language)
+    both = [*catalogue(f"{language}.console").items()]
+    both += [(text, other[key]) for key, text in english.items() if key.startswith(KEY)]
+    patterns = list[tuple[re.Pattern[str], str]]()
+    for text, words in both:
+        names = HOLE.findall(text)
+        if re.search(r"\w{3}", HOLE.sub("", text)) and len(set(names)) == len(names):
+            patterns.append((re.compile(re.sub(r"\\{(\w+)\\}", r"(?P<\1>.+)", re.escape(text))), words))
+    return patterns
 
 
 def static_folder() -> Path:

@@ -192,8 +192,12 @@ class MapService(Part):
     @property
     def title(self) -> str:
         """The line under a printed plan: name if it has one, robot, day."""
+        return self.titled()
+
+    def titled(self, said: Callable[[str], str] = str) -> str:
+        """`title`, where `said` puts the robot's name into another language."""
         named = (self._name,) if self._name else ()
-        return " · ".join((*named, self._robot.profile.name, time.strftime("%Y-%m-%d")))
+        return " · ".join((*named, said(self._robot.profile.name), time.strftime("%Y-%m-%d")))
 
     # saved maps
 

@@ -25,7 +25,9 @@ text { fill: var(--faint); font: 11px system-ui, sans-serif; } .map { image-rend
 img { max-width: 100%; background: #fff; } pre { overflow-x: auto; font: 12px/1.4 ui-monospace, monospace; }
 figure { margin: 16px 0; }
 @media screen and (max-width: 480px) { body { padding: 16px; font-size: 14px; } h1 { font-size: 19px; }
-  td, th { padding-right: 8px; } table { display: block; overflow-x: auto; } }
+  td, th { padding-right: 8px; } table { display: block; overflow-x: auto; }
+  tr:has(> :nth-child(5)) { display: grid; grid-template-columns: 5em 1fr 5em 5.5em; }
+  :nth-child(4) ~ td { grid-column: 1 / -1; border-top: 0; } :nth-child(4) ~ :is(th, td:empty) { display: none; } }
 @page { margin: 15mm; }
 @media print { :root { color-scheme: light; --ink: #1b1f24; --paper: #fff; --faint: #4a525c; --line: #c9ced4; }
   body { max-width: none; padding: 0; font-size: 10pt; } h2 { break-after: avoid; }
@@ -33,15 +35,15 @@ figure { margin: 16px 0; }
 """
 
 
-def document_html(title: str, parts: Iterable[str]) -> str:
-    """Return the whole file; `parts` are HTML, the title is text."""
+def document_html(title: str, parts: Iterable[str], language: str = "en") -> str:
+    """Return the whole file; `parts` are HTML, the title is text, the language that of both."""
     head = (
         f'<meta charset="utf-8"><meta http-equiv="Content-Security-Policy" content="{OFFLINE}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{escape(title)}</title><style>{STYLE}</style>"
     )
     body = "\n".join((f"<h1>{escape(title)}</h1>", *parts))
-    return f'<!doctype html>\n<html lang="en"><head>{head}</head>\n<body>\n{body}\n</body></html>\n'
+    return f'<!doctype html>\n<html lang="{language}"><head>{head}</head>\n<body>\n{body}\n</body></html>\n'
 
 
 def picture_html(content: bytes, kind: str, says: str) -> str:

@@ -293,5 +293,9 @@ def test_the_report_of_a_drive_lists_the_commands_of_this_drive_alone(
     live.ask("POST", "/api/commands", {"text": "fly to -1.5"}, token=live.operator)
     assert "<td>fly to −1.5</td>" in report()
     assert [lasting(seconds) for seconds in (41.6, 575.2, 7531.0)] == ["42 s", "9 min 35 s", "2 h 5 min"]
+    german = live.ask("GET", "/api/reports/drive?language=de", token=live.viewer).body.decode()
+    assert '<html lang="de">' in german and "<title>Fahrt: simulierter Roboter (lab) · " in german
+    assert "<td>abgelehnt</td><td>Einen solchen Befehl kenne ich nicht." in german
+    assert live.ask("GET", "/api/reports/map?language=xx", token=live.viewer).status == 422
     monkeypatch.setattr("console.api.reports.MAX_LISTED", 1)
     assert "<td>the newest 1</td>" in report()

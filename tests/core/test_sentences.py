@@ -16,7 +16,7 @@ from console.workers.job import JobFailure
 from core.errors import Refused
 from core.gate.status import GATE_LATE, GateStatus
 from core.sensors.checks import CHECKS, fault
-from core.sentences import KEY, Statement, catalogue, code_of, coded, plain
+from core.sentences import KEY, PageTexts, Statement, catalogue, code_of, coded, plain
 
 ROOT = Path(__file__).parents[2]
 SAID_TO_OPERATORS = (
@@ -191,3 +191,14 @@ def test_a_refusal_carries_the_code_and_the_values_of_its_sentence() -> None:
 
 def test_a_sentence_without_a_code_is_told_as_before() -> None:
     assert set(json.loads(Problem(404, "There is none.").body())) == {"type", "title", "status", "detail"}
+
+
+def test_a_file_says_a_sentence_in_the_language_of_the_page() -> None:
+    """What holds here holds for `inLanguage` of the page: tests/js/texts.test.js."""
+    texts = PageTexts("de")
+    assert texts.t("report.drive", map="lab") == "Fahrt: lab"
+    assert texts.said(Statement("come.only_legs")) == "Ich sehe nur Beine; der Laser behält Sie."
+    assert texts.said("Counted as view 4.") == "Gezählt als Ansicht 4."
+    assert texts.said("I come. I see only legs; the laser keeps you.").startswith("Ich komme. Ich sehe")
+    assert texts.said("Nobody wrote this sentence.") == "Nobody wrote this sentence."
+    assert PageTexts().said("Counted as view 4.") == "Counted as view 4."

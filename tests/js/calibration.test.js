@@ -151,6 +151,7 @@ test("a direction that is not known has no number", () => {
   };
   const rows = mountRows(solution, null);
   assert.equal(rows[5]?.value, "not known");
+  assert.equal(rows[5]?.open, true, "in every language it is marked so");
   assert.equal(rows[5]?.sd, "");
   assert.equal(rows[3]?.value, "41.2 mm");
   assert.equal(rows[1]?.value, "−1.20°");

@@ -12,7 +12,7 @@ const JS = readdirSync(`${STATIC}js`, { recursive: true, encoding: "utf8" }).fil
 const GENERATED = /^net\/messages|^ui\/texts\.js$/;
 /** Texts that are no sentences of the page: commands, and what the robot says aloud in its English voice. */
 const ENGLISH = new Set(["I did not understand that", "I answer aloud now.", "That did not work"]);
-const FAMILIES = /^((state|command-chain|console|picture-quality-chip|setting)\.|connect-robot\.sample_)/; // keys that are put together
+const FAMILIES = /^((state|command-chain|console|picture-quality-chip|report|setting)\.|connect-robot\.sample_)/; // keys that are put together
 
 /** @param {string} language @returns {Record<string, string>} */
 const catalogue = (language) => JSON.parse(readFileSync(`${STATIC}i18n/${language}.json`, "utf8"));
@@ -100,5 +100,8 @@ test("a sentence without its code is known by its words, with what stands in the
     "Halten Sie die Tafel ganz nah, im Bild oben links, die Kante links um etwa 50 Grad nach hinten gekippt.";
   assert.equal(inLanguage(advice), german);
   assert.equal(inLanguage("Route “round”: Paused by Ann."), "Route „round“: Angehalten von Ann.");
+  const both = "I come. I see only legs; the laser keeps you.";
+  assert.equal(inLanguage(both), "Ich komme. Ich sehe nur Beine; der Laser behält Sie.");
+  assert.equal(inLanguage("Counted as view 4."), "Gezählt als Ansicht 4.");
   assert.equal(inLanguage("Nobody wrote this sentence."), "Nobody wrote this sentence.");
 });

@@ -50,7 +50,7 @@ export class BeforeAfter extends HTMLElement {
     if (this.hidden) return;
     if (!isNew(this, id, name, progress.views, solution?.["rms_px"])) return;
     if (size) this.#box.style.aspectRatio = `${size[0]} / ${size[1]}`;
-    write(this.#which, name);
+    write(this.#which, inLanguage(name));
     mark(this.#before, "src", api.thumbnail(id, name, "full"));
     mark(
       this.#after,

@@ -1,7 +1,7 @@
 // Format calibration values with two significant digits of their standard deviation.
 
 import { fixed } from "../ui/format.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 
 /**
  * @typedef {object} ValueRow
@@ -12,6 +12,7 @@ import { t } from "../ui/texts.js";
  * @property {string} sd
  * @property {string} other in use now, "" where there is none
  * @property {string} change "" where there is nothing to compare
+ * @property {boolean} [open] nothing is known of it
  * @property {boolean} far the two differ by more than three standard deviations
  */
 
@@ -25,8 +26,8 @@ const CAMERA = [
   ["cy", "v₀ (cy)", t("figures.centre_down")],
   ["k1", "k₁", t("figures.radial_square")],
   ["k2", "k₂", t("figures.radial_4th_power")],
-  ["p1", "p₁", "tangential"],
-  ["p2", "p₂", "tangential"],
+  ["p1", "p₁", t("figures.tangential")],
+  ["p2", "p₂", t("figures.tangential")],
   ["k3", "k₃", t("figures.radial_6th_power")],
 ];
 
@@ -85,7 +86,7 @@ export function mountRows(solution, compare) {
     const other = active === undefined || turned ? active : 1e3 * active;
     const unit = turned ? "°" : " mm";
     if (!open.includes(key)) return row({ key, name, says, value, sd, unit, other });
-    return { key, name, says, value: t("figures.not_known"), sd: "", other: "", change: "", far: false };
+    return { key, name, says, value: t("figures.not_known"), sd: "", other: "", change: "", open: true, far: false };
   });
 }
 
@@ -121,7 +122,7 @@ export function poseRows(views) {
     used && pose
       ? [
           [
-            image,
+            inLanguage(image),
             listed(pose.tvec_m, pose.sd_translation_m, 1e3),
             listed(pose.rvec_rad, pose.sd_rotation_rad, 180 / Math.PI),
           ],

@@ -56,8 +56,7 @@ export class ValuesCard extends HTMLElement {
         );
         const change = make("td", row.change);
         mark(change, "data-far", row.far);
-        const open = row.value === "not known" && "open";
-        const cells = [make("td", { class: open }, row.value), make("td", row.sd)];
+        const cells = [make("td", { class: row.open && "open" }, row.value), make("td", row.sd)];
         return make("tr", name, ...cells, ...(compared ? [make("td", row.other), change] : []));
       }),
     );

@@ -87,7 +87,7 @@ export class ViewsCard extends HTMLElement {
       picture,
       make(
         "span.view-words",
-        make("span.view-name", view.name),
+        make("span.view-name", inLanguage(view.name)),
         make("span.view-error", error === null ? "" : inUnits(error, kind)),
         bar.element,
         why && make("span.note", why),
@@ -98,7 +98,7 @@ export class ViewsCard extends HTMLElement {
     const title = view.dropped ? t("views-card.take_it_back_in") : t("views-card.leave_it_out");
     const act = () => void this.#model?.request((session) => api.keep(session, view.name, action));
     const drawing = view.dropped ? "again" : "close";
-    const keep = iconButton(drawing, `${says}: ${view.name}`, act, { title, look: "small view-keep" });
+    const keep = iconButton(drawing, `${says}: ${inLanguage(view.name)}`, act, { title, look: "small view-keep" });
     const row = make("li.view", { "data-name": view.name }, open, this.#model?.may && keep);
     mark(row, "data-dropped", view.dropped);
     mark(row, "data-unused", !view.used && !view.dropped && view.reason !== "");

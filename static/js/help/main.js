@@ -2,16 +2,18 @@
 
 import { address } from "../net/api.js";
 import { icon, make, mark, write } from "../ui/element.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, language, t } from "../ui/texts.js";
 
 const CONTENTS = "index.md";
 const ROOT = "static/docs/";
 const API = "docs";
+const DOCS = "en"; // the language of every article
 
 /** @param {import("../net/session.js").Session} session */
 export function create(session) {
   const text = make("article.docs");
   const says = make("p.note", { role: "status" });
+  const lead = make("p.note.help-lead", { hidden: language === DOCS });
   const back = make("a.link", { href: "help" }, icon("book"), t("main.contents"));
   const api = make("a.link", { href: `help#${API}` }, t("main.http_interface"));
   let shown = "";
@@ -27,6 +29,8 @@ export function create(session) {
       write(says, page ? "" : t("main.this_page_cannot_be_read_it"));
       shown = page ? file : "";
       text.replaceChildren(...(page ?? []));
+      text.lang = file === CONTENTS ? language : DOCS;
+      write(lead, page ? leadOf(file === CONTENTS ? "" : (text.querySelector("h2")?.textContent ?? "")) : "");
     }
     if (anchor) text.querySelector(`#${CSS.escape(anchor)}`)?.scrollIntoView();
     else text.closest("main")?.scrollTo(0, 0);
@@ -34,7 +38,7 @@ export function create(session) {
     if (title && shown !== CONTENTS) session.announce(title);
   }
 
-  const element = make("div.stack", make("p.help-links", back, api), says, text);
+  const element = make("div.stack", make("p.help-links", back, api), says, lead, text);
   return { element, opened: () => void follow(), moved: () => void follow() };
 }
 
@@ -79,8 +83,27 @@ async function read(file) {
   if (file === CONTENTS) {
     main.querySelector("h1")?.remove(); // the page's own title says it
     layInCards(main);
+    translateTexts(main);
   } else lowerHeadings(main);
   return [...main.childNodes].map((node) => document.adoptNode(node));
+}
+
+/** What precedes an English text in another language. @param {string} title of an article; "": the contents */
+function leadOf(title) {
+  if (!title) return t("main.articles_are_in_english");
+  const known = inLanguage(title);
+  return known === title ? t("main.this_is_in_english") : t("main.title_is_in_english", { title: known });
+}
+
+/** Say the contents in the page's language. @param {Element} main */
+function translateTexts(main) {
+  if (language === DOCS) return;
+  const texts = document.createTreeWalker(main, NodeFilter.SHOW_TEXT);
+  while (texts.nextNode()) {
+    const node = /** @type {Text} */ (texts.currentNode);
+    const words = node.data.replace(/\s+/g, " ");
+    node.data = words.replace(words.trim(), inLanguage(words.trim()));
+  }
 }
 
 /** Every heading with what follows it on a card, and below a link what is said of it. @param {Element} main */

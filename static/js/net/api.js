@@ -1,6 +1,6 @@
 // HTTP client of the console: user, vocabulary, history, and STOP as a second channel.
 
-import { said, t, translate } from "../ui/texts.js";
+import { language, said, t, translate } from "../ui/texts.js";
 
 /** @import { Kind } from "../drive/suggest.js" */
 /** @import { ArrayCheck, HistoryRow, SpokenAnswer as Spoken } from "./rest.js" */
@@ -24,6 +24,9 @@ export const sentenceOf = (trouble, otherwise = t("api.that_did_not_work")) =>
 
 /** @param {string} path relative to the page, so that the page works below any prefix of a proxy */
 export const address = (path) => new URL(path, document.baseURI);
+
+/** Path of a report in the page's language. @param {string} of "map", "drive", "calibration/camera" … */
+export const reportPath = (of) => `api/reports/${of}?language=${language}`;
 
 /** Address of a WebSocket on the same server. @param {string} path */
 export function socketAddress(path) {

@@ -4,7 +4,7 @@ import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 
 /** @import { View } from "../net/session.js" */
 
@@ -21,6 +21,8 @@ const SENSORS = {
   camera: t("link-chip.camera"),
   microphones: t("link-chip.microphones"),
 };
+/** @type {Readonly<Record<string, string>>} */
+const GATE = { disarmed: t("link-chip.disarmed"), armed: t("link-chip.armed"), halted: t("link-chip.halted") };
 const STATES = { live: t("link-chip.delivers"), stale: t("link-chip.late"), lost: t("link-chip.lost") };
 
 /** @param {import("../net/messages.js").SensorLine} sensor @returns {[string, string]} */
@@ -102,7 +104,7 @@ class LinkChip extends Panel {
       ...(state?.robot.battery == null
         ? []
         : [/** @type {[string, string]} */ ([t("link-chip.battery"), `${fixed(100 * state.robot.battery, 0)} %`])]),
-      [t("link-chip.without_a_word"), hello?.robot.failsafe || "–"],
+      [t("link-chip.without_a_word"), inLanguage(hello?.robot.failsafe ?? "") || "–"],
       ...(hello?.robot.lock
         ? [
             /** @type {[string, string]} */ ([
@@ -112,7 +114,10 @@ class LinkChip extends Panel {
           ]
         : []),
       ...(this.#stopped ? [/** @type {[string, string]} */ ([t("link-chip.your_last_stop"), this.#stopped])] : []),
-      [t("link-chip.gate"), state ? `${state.gate.state}${state.gate.reason ? ` (${state.gate.reason})` : ""}` : "–"],
+      [
+        t("link-chip.gate"),
+        state ? `${GATE[state.gate.state] ?? ""}${state.gate.reason ? ` (${state.gate.reason})` : ""}` : "–",
+      ],
       [t("link-chip.pages_open"), String(state?.viewers ?? "–")],
       ["Beckon", hello?.version ?? "–"],
     ];

@@ -1,6 +1,6 @@
 // Element <map-card>: save the map, load a saved map, download map files.
 
-import { address } from "../net/api.js";
+import { address, reportPath } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
 import { icon, iconButton, make, nameField, onSubmit, write } from "../ui/element.js";
 import { day, fixed } from "../ui/format.js";
@@ -20,8 +20,8 @@ const FILES = /** @type {const} */ ([
   ["api/map.png", t("map-card.picture"), "PNG"],
   ["api/map.pdf", t("map-card.plan"), t("map-card.pdf_to_print")],
   ["api/map.svg", t("map-card.drawing"), "SVG"],
-  ["api/reports/map", t("map-card.report"), t("map-card.html_to_print")],
-  ["api/reports/drive", t("map-card.drive"), t("map-card.report_of_the_drive")],
+  [reportPath("map"), t("map-card.report"), t("map-card.html_to_print")],
+  [reportPath("drive"), t("map-card.drive"), t("map-card.report_of_the_drive")],
   ["api/landmarks.csv", t("map-card.landmarks"), "CSV"],
   ["api/trajectory.tum", t("map-card.trajectory"), "TUM"],
 ]);

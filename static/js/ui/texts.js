@@ -87,7 +87,7 @@ const translated = (values) =>
 /** @type {Array<[RegExp, string]>} English sentences of the console and those of this language, once one was looked for */
 const sentences = [];
 
-/** A sentence of the console that came without its code, in this language if the catalogue has it. @param {string} sentence */
+/** A sentence of the console that came without its code, in this language if the catalogue has it. @param {string} sentence @returns {string} */
 export function inLanguage(sentence) {
   const known = language === "en" ? sentence : uncoded[sentence];
   if (known !== undefined) return known;
@@ -104,7 +104,8 @@ export function inLanguage(sentence) {
     const found = pattern.exec(sentence);
     if (found) return filled(words, translated(found.groups ?? {}));
   }
-  return sentence;
+  const parts = sentence.split(/(?<=[.!?]) (?=\S)/); // sentences that were put together
+  return parts.length > 1 ? parts.map(inLanguage).join(" ") : sentence;
 }
 
 /** @param {string} pattern @param {Values} [values] */

@@ -3,6 +3,7 @@
 import asyncio
 import errno
 import json
+import re
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -85,6 +86,8 @@ def test_what_is_accepted_is_used_at_once_and_after_a_restart_and_can_be_taken_b
     assert active(live)["camera"]["former"] is False  # taking it back would bring the nominal values
     document = live.ask("GET", "/api/reports/calibration/camera", token=live.viewer).body.decode()
     assert f"<td>accepted</td><td>{clock(active(live)['camera']['accepted_s'])}</td>" in document
+    german = live.ask("GET", "/api/reports/calibration/camera?language=de", token=live.viewer).body.decode()
+    assert re.search(r"<td>fx</td><td>Brennweite, waagrecht</td><td>\d+\.\d+</td><td>±", german)
     assert bring(live, ros_yaml(NEAR)) == 200
     assert seen_with(live) == NEAR.fx and active(live)["camera"]["former"] is True
     assert Wizard(live, "laser", "robot").told["kind"] == "laser"
