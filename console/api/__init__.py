@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Request, Response
+from fastapi import APIRouter, Depends, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from console.access.guard import Access
@@ -22,7 +22,7 @@ from console.part import Part
 from console.robot.supervisor import RobotSupervisor
 from console.runtime import Runtime
 from core.robots.requests import Ask
-from core.sentences import Statement
+from core.sentences import Language, PageTexts, Statement
 
 Angle = Annotated[float, Field(ge=-7, le=7)]
 """An angle of a request [rad], once around in either direction at most: what is more is degrees."""
@@ -157,3 +157,10 @@ async def undisturbed(behind: Behind, who: Who) -> Person:
 
 
 Operator = Annotated[Person, Depends(undisturbed)]  # or anybody who may, while nobody drives
+
+
+async def texts_of(language: Annotated[Language, Query(description="of the words in the file")] = "en") -> PageTexts:
+    return PageTexts(language)
+
+
+Texts = Annotated[PageTexts, Depends(texts_of)]

@@ -12,7 +12,7 @@ from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
 from console.access.roles import ZIP_LIMIT, needs
-from console.api import RequestBody, SavedMaps, Who, problems, router, sends_file
+from console.api import RequestBody, SavedMaps, Texts, Who, problems, router, sends_file
 from console.http.downloads import file_named, zip_named
 from console.maps.export import known_part
 from console.maps.plan import LETTER_MM, plan_pdf, plan_svg
@@ -140,20 +140,20 @@ async def outline(maps: SavedMaps) -> MapOutlineRows:
 
 @maps.get("/map.svg", **sends_file("image/svg+xml"))
 @needs("viewer")
-async def svg(maps: SavedMaps, letter_mm: LetterHeight = LETTER_MM) -> Response:
+async def svg(maps: SavedMaps, texts: Texts, letter_mm: LetterHeight = LETTER_MM) -> Response:
     """The map as a plan to print or to draw on: SVG in millimetres of an A4 sheet, with rooms and zones.
 
     `letter_mm`: the height of its words, larger where the sheet is shown small.
     """
-    packed = await asyncio.to_thread(lambda: plan_svg(maps.plan, letter_mm))
+    packed = await asyncio.to_thread(lambda: plan_svg(maps.plan_in(texts), letter_mm))
     return file_named(packed, f"{maps.shown.name or 'map'}.svg", "image/svg+xml")
 
 
 @maps.get("/map.pdf", **sends_file("application/pdf"))
 @needs("viewer")
-async def pdf(maps: SavedMaps) -> Response:
+async def pdf(maps: SavedMaps, texts: Texts) -> Response:
     """The map as a plan to print: PDF of one A4 sheet, all of it vectors."""
-    packed = await asyncio.to_thread(lambda: plan_pdf(maps.plan))
+    packed = await asyncio.to_thread(lambda: plan_pdf(maps.plan_in(texts)))
     return file_named(packed, f"{maps.shown.name or 'map'}.pdf", "application/pdf")
 
 

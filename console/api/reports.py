@@ -10,10 +10,10 @@ from html import escape
 from typing import Annotated, cast
 
 import numpy as np
-from fastapi import Depends, Path, Query, Response
+from fastapi import Path, Response
 
 from console.access.roles import needs
-from console.api import CalibrationSessions, HistoryInUse, SavedMaps, part, router, sends_file
+from console.api import CalibrationSessions, HistoryInUse, SavedMaps, Texts, part, router, sends_file
 from console.api.experiments import FIGURES
 from console.calibration.jobs import Document
 from console.experiments.runs import ExperimentRun, ExperimentRuns
@@ -25,7 +25,7 @@ from console.maps.trajectory import laid_out
 from console.messages.calibration import CalibrationKind
 from core.message import Array
 from core.pipelines.report_document import document_html, picture_html, table_html
-from core.sentences import Language, PageTexts
+from core.sentences import PageTexts
 
 reports = router("reports", 404, 409, 503)
 
@@ -54,15 +54,6 @@ MOUNT = {  # … and of a mount: three turns, three shifts
     "height": "figures.above_the_laser",
 }
 MAX_DECIMALS = 5  # of a number of a calibration
-
-
-async def texts_of(
-    language: Annotated[Language, Query(description="of the page and of the report")] = "en",
-) -> PageTexts:
-    return PageTexts(language)
-
-
-Texts = Annotated[PageTexts, Depends(texts_of)]
 
 
 @reports.get("/reports/map", **sends_file(MEDIA_TYPE))
@@ -137,8 +128,7 @@ def metres(value: float) -> str:
 
 def map_document(maps: MapService, texts: PageTexts) -> str:
     """Raises BadInput where nothing is known yet."""
-    t, snapshot, title = texts.t, maps.snapshot, maps.titled(texts.said)
-    plan = replace(maps.plan, title=title)
+    t, snapshot, plan = texts.t, maps.snapshot, maps.plan_in(texts)
     facts = [
         (t("report.made"), clock(time.time())),
         (t("report.rooms"), str(len(snapshot.floor.submaps))),
@@ -161,7 +151,7 @@ def map_document(maps: MapService, texts: PageTexts) -> str:
         ]
         head = (t("report.number"), "x", "y", t("report.deviation"))
         parts += headed(t("map-card.landmarks"), table_html(head, rows))
-    return document_html(title, parts, texts.language)
+    return document_html(plan.title, parts, texts.language)
 
 
 def headed(heading: str, part: str) -> tuple[str, str]:
@@ -178,11 +168,11 @@ def drive_document(
     maps: MapService, commands: list[tuple[str, str, str, str, str]], texts: PageTexts, *, whole: bool
 ) -> str:
     """The way on the plan, and the commands, `whole`: all of them. Raises BadInput where nothing is known yet."""
-    t, title = texts.t, maps.titled(texts.said)
+    t = texts.t
     stamps, poses = laid_out(maps.trajectory.rows(), maps.snapshot.floor)
     way = np.array([(pose.x, pose.y) for pose in poses]).reshape(-1, 2)
     length = float(np.hypot(*np.diff(way, axis=0).T).sum()) if len(way) > 1 else 0.0
-    number = len(commands)
+    plan, number = maps.plan_in(texts), len(commands)
     facts = [
         (t("report.made"), clock(time.time())),
         (t("report.length_of_the_way"), f"{length:.2f} m"),
@@ -193,10 +183,10 @@ def drive_document(
     listed = table_html(head, commands) if commands else f"<p>{escape(t('report.no_command_was_given'))}</p>"
     parts = [
         table_html(("", ""), facts),
-        picture_html(plan_svg(replace(maps.plan, way=way, title=title)), SVG_TYPE, t("report.the_way_on_the_map")),
+        picture_html(plan_svg(replace(plan, way=way)), SVG_TYPE, t("report.the_way_on_the_map")),
         *headed(t("report.commands"), listed),
     ]
-    return document_html(t("report.drive", map=title), parts, texts.language)
+    return document_html(t("report.drive", map=plan.title), parts, texts.language)
 
 
 def calibration_document(kind: CalibrationKind, found: Document, texts: PageTexts) -> str:

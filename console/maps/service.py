@@ -41,7 +41,7 @@ from core.pipelines.nav2_map import laid_out as cells_laid_out
 from core.pipelines.nav2_map import read_nav2_zip
 from core.pipelines.slam_report import landmarks_csv, trajectory_tum
 from core.sensors import SensorFrame
-from core.sentences import Statement
+from core.sentences import PageTexts, Statement
 from core.settings import Settings
 from core.slam.map.drawn_map import drawn_map
 from core.slam.map.map_file import SavedMap, checked
@@ -181,23 +181,17 @@ class MapService(Part):
             self._traced = (grid, trace_outline(grid))
         return self._traced[1]
 
-    @property
-    def plan(self) -> PrintedPlan:
-        """All that a plan of the map shows. Raises Problem 503 while there is no map."""
+    def plan_in(self, texts: PageTexts) -> PrintedPlan:
+        """All that a plan of the map shows, in a language of the page. Raises Problem 503 while there is no map."""
         submaps = self.submaps
         places = tuple(place.now(submaps) for place in self.marks.places)
         zones = tuple(zone.now(submaps) for zone in self.marks.zones)
-        return PrintedPlan(self.outline, self.title, places, zones)
+        return PrintedPlan(self.outline, self.titled(texts), places, zones)
 
-    @property
-    def title(self) -> str:
-        """The line under a printed plan: name if it has one, robot, day."""
-        return self.titled()
-
-    def titled(self, said: Callable[[str], str] = str) -> str:
-        """`title`, where `said` puts the robot's name into another language."""
+    def titled(self, texts: PageTexts) -> str:
+        """Return the line under a printed plan: name if it has one, robot, day."""
         named = (self._name,) if self._name else ()
-        return " · ".join((*named, said(self._robot.profile.name), time.strftime("%Y-%m-%d")))
+        return " · ".join((*named, texts.said(self._robot.profile.name), time.strftime("%Y-%m-%d")))
 
     # saved maps
 

@@ -39,6 +39,9 @@ def test_stop_all_stops_every_robot_and_the_page_names_who_did_not_answer(page: 
     for robot in fleet.robots.values():
         fleet.on_loop(robot.robot.drive)
     expect(page.locator('.fleet-card[data-link="live"] .fleet-picture:visible')).to_have_count(3)
+    loud = page.locator(".fleet-card-stop:not([data-still])")
+    expect(loud).to_have_count(1)  # the three that report that they stand have a quieter one
+    expect(page.locator(".stop[data-still]")).to_have_count(0)  # nobody knows what the fourth does
     page.locator(".stop").click()
     answers = page.locator("fleet-answers")
     expect(answers).to_contain_text("3 of 4 robots stand")

@@ -94,6 +94,27 @@ def test_the_bar_ends_before_stop_in_german_too(visit: Open) -> None:
         assert menu and stop and menu["x"] + menu["width"] <= stop["x"], width
 
 
+def test_on_a_phones_side_nothing_lies_under_stop_and_words_are_offered_in_sight(visit: Open) -> None:
+    german = "localStorage.setItem('beckon.language', 'de')"
+    here = visit(size=(844, 390), before=lambda page: page.add_init_script(german))
+    shown = here.find("command-chips .chip:not([data-over], .more):visible")
+    expect(shown).to_have_count(3)
+    boxes = [box for one in shown.all() if (box := one.bounding_box())]
+    assert len({round(box["y"]) for box in boxes}) == 2, "two rows, in German too"
+    here.find("#words").fill("stop")
+    offered = here.find(".suggestions").bounding_box()
+    assert offered and offered["y"] > 0 and offered["y"] + offered["height"] <= 390
+    here.find("#words").fill("")
+    here.find("app-menu button").first.click()
+    stop = here.find("stop-button").bounding_box()
+    menu = here.find("app-menu .popover").bounding_box()
+    assert stop and menu and menu["x"] + menu["width"] <= stop["x"]
+    here.page.keyboard.press("Escape")
+    here.page.evaluate("document.querySelector('app-menu').dispatchEvent(new Event('show-keys', { bubbles: true }))")
+    sheet = here.find("key-sheet .sheet").bounding_box()
+    assert sheet and sheet["x"] + sheet["width"] <= stop["x"]
+
+
 SIZES = [(1280, 720), (1030, 640), (1440, 900), (1366, 650), (820, 1180), (844, 390), (720, 450), (390, 844)]
 # What an operator looks at: camera whole, tabs beside it and not over it, a map to press, STOP, status, words.
 WHOLE = """() => {

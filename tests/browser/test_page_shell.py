@@ -150,6 +150,17 @@ def test_beside_a_page_keys_stop_but_do_not_drive(visit: Open, console: Running)
     console.ask("api/lease", {"do": "release"})
 
 
+def test_help_has_german_contents_and_says_that_an_article_is_in_english(visit: Open) -> None:
+    here = visit(at="help", before=lambda page: page.add_init_script("localStorage.setItem('beckon.language', 'de')"))
+    expect(here.find(".help-lead")).to_have_text("Die Artikel sind auf Englisch.")
+    expect(here.find(".help-card h2").first).to_have_text("Zum Kennenlernen")
+    here.page.get_by_role("link", name="Erste Fahrt").click()
+    expect(here.find(".help-lead")).to_have_text("Erste Fahrt: dieser Artikel ist auf Englisch.")
+    article = here.find("article.docs")
+    expect(article.get_by_role("heading", name="First drive")).to_be_visible()
+    expect(article).to_have_attribute("lang", "en")
+
+
 def test_a_setting_is_changed_refused_and_taken_back(visit: Open, console: Running) -> None:
     here = visit()
     here.button("Settings").click()

@@ -296,6 +296,8 @@ def test_the_report_of_a_drive_lists_the_commands_of_this_drive_alone(
     german = live.ask("GET", "/api/reports/drive?language=de", token=live.viewer).body.decode()
     assert '<html lang="de">' in german and "<title>Fahrt: simulierter Roboter (lab) · " in german
     assert "<td>abgelehnt</td><td>Einen solchen Befehl kenne ich nicht." in german
+    plan = live.ask("GET", "/api/map.svg?language=de", token=live.viewer).body.decode()
+    assert "<title>simulierter Roboter (lab) · " in plan
     assert live.ask("GET", "/api/reports/map?language=xx", token=live.viewer).status == 422
     monkeypatch.setattr("console.api.reports.MAX_LISTED", 1)
     assert "<td>the newest 1</td>" in report()

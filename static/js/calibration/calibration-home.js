@@ -1,6 +1,6 @@
 // Start page of the calibration: active calibrations, sessions begun before, and the three wizards.
 
-import { address, reportPath } from "../net/api.js";
+import { address, wordedPath } from "../net/api.js";
 import { cardHead, icon, iconButton, isNew, make, mark, write } from "../ui/element.js";
 import { sure } from "../ui/row-question.js";
 import { t } from "../ui/texts.js";
@@ -235,7 +235,7 @@ function wizard(kind, drawing, name, says) {
   const start = make("button.button.primary.large", t("calibration-home.begin"));
   start.setAttribute("aria-describedby", `about-${kind}`);
   const undo = make("button.button.plain");
-  const href = address(reportPath(`calibration/${kind}`)).href;
+  const href = address(wordedPath(`api/reports/calibration/${kind}`)).href;
   const report = make("a.button.plain", { href, download: "", hidden: true }, t("calibration-home.report"));
   const card = make(
     "section.card.wizard-card",

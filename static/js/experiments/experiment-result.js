@@ -2,7 +2,7 @@
 // Element <experiment-runs>: every run of an experiment, newest first.
 // Element <experiment-figures>: every figure that the chapter prints, beside that of the newest run.
 
-import { address, reportPath } from "../net/api.js";
+import { address, wordedPath } from "../net/api.js";
 import { icon, isNew, make, write } from "../ui/element.js";
 import { day, timeOfDay } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
@@ -115,7 +115,7 @@ function result(run) {
     run.files.length > 0 && files(run),
     make(
       "a.button",
-      { href: address(reportPath(`experiments/${run.id}`)).href, download: "" },
+      { href: address(wordedPath(`api/reports/experiments/${run.id}`)).href, download: "" },
       icon("print"),
       t("experiment-result.make_a_report"),
     ),

@@ -5,7 +5,7 @@ import { icon, iconButton, isNew, make, mark, redraw, write } from "../ui/elemen
 import { age, fixed } from "../ui/format.js";
 import { onTouch } from "../ui/press.js";
 import { t } from "../ui/texts.js";
-import { GROUPS, groupOf } from "./words.js";
+import { GROUPS, groupOf, standsStill } from "./words.js";
 
 /** @import { FleetStopState as Stop } from "../net/rest.js" */
 /** @import { FleetSession } from "./fleet-session.js" */
@@ -77,7 +77,10 @@ export class FleetStop extends HTMLElement {
     addEventListener("keydown", (event) => {
       if (event.key === "Escape" && !event.repeat) void session.all("stop");
     });
-    session.on("changed", () => mark(stop, "data-unlinked", !session.up));
+    session.on("changed", () => {
+      mark(stop, "data-unlinked", !session.up);
+      mark(stop, "data-still", session.up && session.fleet?.robots.every(standsStill) === true);
+    });
   }
 }
 

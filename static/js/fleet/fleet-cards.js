@@ -5,7 +5,7 @@ import { icon, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { onTouch, unlessPressed } from "../ui/press.js";
 import { t } from "../ui/texts.js";
-import { activityOf, groupOf, isOpen, linkOf, needOf, noticeOf } from "./words.js";
+import { activityOf, groupOf, isOpen, linkOf, needOf, noticeOf, standsStill } from "./words.js";
 
 /** @import { FleetSession } from "./fleet-session.js" */
 /** @import { FleetRow as Robot } from "../net/rest.js" */
@@ -62,6 +62,7 @@ class Card {
     mark(this.#notice, "data-level", robot.notice?.level ?? null);
     mark(this.#notice, "hidden", notice === "");
     mark(this.#stop, "aria-label", t("fleet.stop_one", { name: robot.name }));
+    mark(this.#stop, "data-still", standsStill(robot));
     this.#stop.disabled = !open;
     mark(this.#picture, "hidden", !this.#shown);
     mark(this.#none, "hidden", this.#shown);

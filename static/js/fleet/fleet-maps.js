@@ -227,6 +227,7 @@ export class FleetMaps extends HTMLElement {
         this.#which,
         maps.map((map) => map.name),
       );
+      this.#take.disabled = maps.length === 0;
       write(this.#says, maps.length ? "" : t("fleet.take_none", { name }));
     } catch (refusal) {
       write(this.#says, sentenceOf(refusal));

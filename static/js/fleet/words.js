@@ -18,6 +18,8 @@ const NEEDS = {
   battery: t("fleet.need_battery"),
 };
 
+const MOVES_M_S = 0.01; // from which a robot is driven
+
 /** @typedef {"help" | "working" | "idle" | "away"} Group */
 /** @type {ReadonlyArray<readonly [Group, string]>} */
 export const GROUPS = [
@@ -34,6 +36,10 @@ export function groupOf(robot) {
   return robot.command || robot.operator ? "working" : "idle";
 }
 
+/** True where nobody drives and nothing moves, as far as a fresh report says. @param {Robot} robot */
+export const standsStill = ({ link, operator, command, speed_m_s: speed }) =>
+  link === "live" && !operator && !command && speed <= MOVES_M_S;
+
 /** True where its console can be opened. @param {Robot} robot */
 export const isOpen = ({ age_s: age, link, role }) => age !== null && link !== "gone" && role !== null;
 
@@ -43,7 +49,7 @@ export const needOf = (robot) => NEEDS[robot.need] ?? "";
 /** @param {Robot} robot */
 export function activityOf(robot) {
   if (robot.age_s === null) return t("fleet.never_joined");
-  const still = robot.speed_m_s > 0.01 ? t("fleet.is_driven") : t("fleet.stands");
+  const still = robot.speed_m_s > MOVES_M_S ? t("fleet.is_driven") : t("fleet.stands");
   const what = robot.command?.heard_as ?? still;
   return robot.link === "live" ? what : t("fleet.last_heard", { what });
 }

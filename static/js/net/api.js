@@ -25,8 +25,8 @@ export const sentenceOf = (trouble, otherwise = t("api.that_did_not_work")) =>
 /** @param {string} path relative to the page, so that the page works below any prefix of a proxy */
 export const address = (path) => new URL(path, document.baseURI);
 
-/** Path of a report in the page's language. @param {string} of "map", "drive", "calibration/camera" … */
-export const reportPath = (of) => `api/reports/${of}?language=${language}`;
+/** Path of a file with words, which are to be those of the page's language. @param {string} path */
+export const wordedPath = (path) => `${path}?language=${language}`;
 
 /** Address of a WebSocket on the same server. @param {string} path */
 export function socketAddress(path) {

@@ -1,6 +1,6 @@
 // Element <map-card>: save the map, load a saved map, download map files.
 
-import { address, reportPath } from "../net/api.js";
+import { address, wordedPath } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
 import { icon, iconButton, make, nameField, onSubmit, write } from "../ui/element.js";
 import { day, fixed } from "../ui/format.js";
@@ -8,7 +8,7 @@ import { AGAIN_MS } from "../ui/page-model.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
 import { confirmIn, questionIn } from "../ui/row-question.js";
-import { t } from "../ui/texts.js";
+import { language, t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
 /** @import { View } from "../net/session.js" */
@@ -18,10 +18,10 @@ const ITSELF = "Beckon"; // who keeps a map of its own accord
 const FILES = /** @type {const} */ ([
   ["api/map", t("map-card.map"), t("map-card.nav2_yaml_and_pgm")],
   ["api/map.png", t("map-card.picture"), "PNG"],
-  ["api/map.pdf", t("map-card.plan"), t("map-card.pdf_to_print")],
-  ["api/map.svg", t("map-card.drawing"), "SVG"],
-  [reportPath("map"), t("map-card.report"), t("map-card.html_to_print")],
-  [reportPath("drive"), t("map-card.drive"), t("map-card.report_of_the_drive")],
+  [wordedPath("api/map.pdf"), t("map-card.plan"), t("map-card.pdf_to_print")],
+  [wordedPath("api/map.svg"), t("map-card.drawing"), "SVG"],
+  [wordedPath("api/reports/map"), t("map-card.report"), t("map-card.html_to_print")],
+  [wordedPath("api/reports/drive"), t("map-card.drive"), t("map-card.report_of_the_drive")],
   ["api/landmarks.csv", t("map-card.landmarks"), "CSV"],
   ["api/trajectory.tum", t("map-card.trajectory"), "TUM"],
 ]);
@@ -130,7 +130,11 @@ class MapCard extends Panel {
     const { clientWidth: wide } = this.#sheet;
     if (!wide) return;
     this.#letter = Math.ceil((2 * LETTER_PX * SHEET_MM) / wide) / 2;
-    const query = new URLSearchParams({ letter_mm: String(this.#letter), of: String(Math.round(performance.now())) });
+    const query = new URLSearchParams({
+      letter_mm: String(this.#letter),
+      of: String(Math.round(performance.now())),
+      language,
+    });
     this.#sheet.src = address(`api/map.svg?${query}`).href;
   }
 

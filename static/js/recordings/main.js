@@ -2,7 +2,7 @@
 
 import "../panels/record-button.js";
 import "./recordings-list.js";
-import { address, reportPath } from "../net/api.js";
+import { address, wordedPath } from "../net/api.js";
 import { icon, make } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { RecordingsModel } from "./recordings-model.js";
@@ -13,7 +13,7 @@ export function create(session) {
   const [button, list] = ["record-button", "recordings-list"].map((name) => document.createElement(name));
   const report = make(
     "a.button",
-    { href: address(reportPath("drive")).href, download: "", title: t("recordings.report_of_this_drive") },
+    { href: address(wordedPath("api/reports/drive")).href, download: "", title: t("recordings.report_of_this_drive") },
     icon("download"),
     t("map-card.drive"),
   );
