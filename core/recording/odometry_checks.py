@@ -10,7 +10,7 @@ from core.recording.clocks import longest_part
 from core.recording.odometry_track import OdometryTrack
 from core.recording.read_report import ReadReport
 from core.sensors.publishers import odometry_turns
-from core.sensors.wheels import ORIGIN_M, ORIGIN_RAD
+from core.sensors.wheels import FIT_WINDOW_S, ORIGIN_M, ORIGIN_RAD, SpeedFit
 
 MAX_SPEED_M_S = 6.0  # of a robot that maps rooms
 MAX_TURN_RATE_RAD_S = 7.0
@@ -65,6 +65,7 @@ def believable_track(
         return OdometryTrack.of(times, poses, twists)
     if driven is poses:
         driven = _of_one_sense(name, poses, report)
+    twists = _true_speeds(name, times, driven, twists, report)
     track = None if driven is None else OdometryTrack.of(times, driven, twists)
     if track is None:
         if len(times) > 1 and not np.isfinite(poses).all(axis=1).any() and driven is not None:
@@ -80,6 +81,32 @@ def believable_track(
     first = poses[np.isfinite(poses).all(axis=1)][:1]
     origin = Pose(*first[0].tolist()).inverse() if len(first) and driven is poses else Pose()
     return _without_restarts(name, track, speed, origin, report)
+
+
+def _true_speeds(
+    name: str, times: Array, poses: Array | None, twists: Array | None, report: ReadReport
+) -> Array | None:
+    """Twists (N, 2) → the same, or None where they do not fit the changes of the poses (N, 3) at times (N,) [s]."""
+    if twists is None or poses is None:
+        return twists
+    good = np.isfinite(times) & np.isfinite(poses).all(axis=1)
+    if not good.any():
+        return twists
+    times, poses, speeds = times[good], poses[good], np.nan_to_num(twists[good], posinf=0.0, neginf=0.0)
+    lasted = np.diff(times, prepend=times[:1])
+    way = np.cumsum(np.where(lasted < FIT_WINDOW_S, lasted, 0.0)[:, None] * np.clip(speeds, -1e6, 1e6), axis=0)
+    at = np.unique(np.searchsorted(times, np.arange(times[0], times[-1], FIT_WINDOW_S)))
+    near = np.diff(times[at]) < 2 * FIT_WINDOW_S
+    steps, headings = np.diff(poses[at], axis=0), poses[at[:-1], 2]
+    ahead = steps[:, 0] * np.cos(headings) + steps[:, 1] * np.sin(headings)
+    fit = SpeedFit()
+    moves, claimed = np.column_stack([ahead, wrap_all(steps[:, 2])])[near], np.diff(way[at], axis=0)[near]
+    possible = np.hypot(*steps[near, :2].T) < FIT_WINDOW_S * MAX_SPEED_M_S
+    fit.add(moves[possible], claimed[possible])
+    if fit.is_wrong:
+        ways, turns = fit.ratios
+        report.fault("odometry.speeds", name, used=True, ways=f"{ways:.2g}", turns=f"{turns:.2g}")
+    return twists if fit.is_used else None
 
 
 def _of_one_sense(name: str, poses: Array, report: ReadReport) -> Array | None:
@@ -147,7 +174,10 @@ def _stands(times: Array, poses: Array, twists: Array | None) -> bool:
     way = np.abs(np.diff(rolled, axis=0)).sum(axis=0)
     with np.errstate(invalid="ignore"):
         moved = np.nan_to_num(np.abs(np.diff(poses, axis=0))).sum(axis=0)
-    return bool(way[0] + way[1] > MIN_WAY_M and moved.sum() < STANDING_SHARE * (way[0] + way[1]))
+    spread = np.nanmax(np.ptp(poses[:, :2], axis=0), initial=0.0)
+    return bool(
+        way[0] + way[1] > MIN_WAY_M and moved.sum() < STANDING_SHARE * (way[0] + way[1]) and spread < MIN_WAY_M
+    )
 
 
 def _is_rounded(name: str, poses: Array, report: ReadReport) -> bool:

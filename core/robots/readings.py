@@ -18,7 +18,7 @@ from core.sensors.checks import UnusableReading, are_finite, distinct, fault, ti
 from core.sensors.microphones import joined
 from core.sensors.publishers import PublisherWatch, odometry_watch, scan_watch, sector_ranges
 from core.sensors.scan_gate import RangeUnit
-from core.sensors.wheels import is_restart
+from core.sensors.wheels import BaseSpeeds, is_restart
 
 if TYPE_CHECKING:
     from core.robots.robot_file import LaserTable  # which knows devices, and those know readings
@@ -29,6 +29,7 @@ RATE_WINDOW_S = 3.0  # over which readings of the wheels are counted for their r
 MIN_COUNTED_S = 2.0  # [s] that they have come before they are counted: a few that waited come all at once
 MAX_WAITING_SOUND_S = 3.0  # [s] that may wait for a frame
 FAULT_AGAIN_S = 5.0  # [s] after which a fault that lasts is said again
+JUDGED_MESSAGES, MIN_UNREADABLE = 100, 8  # the newest of a sensor, and how many of them are unreadable on a bad line
 MIXED_HELD_S = 2.0  # for which nothing is driven after readings of two robots
 
 
@@ -86,7 +87,8 @@ class Readings:
         """Watch for two publishers under one name, of this device alone: others may have the same names at first."""
         self._units: dict[str, RangeUnit] = {}  # of the ranges, by laser
         self._scanners: defaultdict[str, PublisherWatch[Array]] = defaultdict(scan_watch)
-        self._base = odometry_watch()
+        self._base, self._speeds = odometry_watch(), BaseSpeeds()
+        self._unreadable: defaultdict[str, deque[bool]] = defaultdict(lambda: deque[bool](maxlen=JUDGED_MESSAGES))
 
     def now(self) -> float:
         """The robot's clock [s]: the time since it was connected, by this computer's."""
@@ -110,6 +112,10 @@ class Readings:
         if untimely := time_fault("odometry", "", self.now(), stamp, stamp):
             self._find(untimely)
             return
+        speed, turn_rate, false = self._speeds.take(stamp, odometry, speed, turn_rate)
+        if false:
+            ways, turns = self._speeds.fit.ratios
+            self.fault("odometry.speeds", "the base", used=True, ways=f"{ways:.2g}", turns=f"{turns:.2g}")
         with self._lock:
             if self._here.wheels is not None and stamp < self._here.wheels[0]:
                 return  # another overtook it
@@ -198,6 +204,16 @@ class Readings:
             return
         with self._lock:
             self._here.battery = share
+
+    def arrived(self, sensor: str, *, readable: int = 0, unreadable: int = 0) -> None:
+        """So many messages of a sensor came; those that could not be read are left out, and said where they are many.
+
+        `sensor`: its name, or the topic.
+        """
+        newest = self._unreadable[sensor]
+        newest.extend([False] * min(readable, JUDGED_MESSAGES) + [True] * min(unreadable, JUDGED_MESSAGES))
+        if unreadable and (bad := sum(newest)) >= MIN_UNREADABLE:
+            self.fault("link.unreadable", sensor, used=True, bad=bad, all=len(newest))
 
     def doubt(self, found: Fault) -> None:
         """A fault of which the device itself knows when it is over."""

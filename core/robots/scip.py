@@ -238,7 +238,9 @@ class ScipLaser(Device):
                     scan = self._scan(lines, command, laser, clock, readings)
                 except BadReply:
                     self.rejected += 1
+                    readings.arrived("the laser", unreadable=1)
                     continue
+                readings.arrived("the laser", readable=1)
                 good = time.monotonic()
                 if scan is not None:
                     readings.scan(scan)

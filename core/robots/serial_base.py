@@ -31,6 +31,7 @@ from core.robots.byte_link import ByteLink, LinkAddress, NoLink, link_address, o
 from core.robots.device import Base, ClockOffset, Device, Equipment, Findings
 from core.robots.device_clock import RESONATOR_DRIFT, DeviceClock
 from core.robots.readings import Readings
+from core.sensors.wheels import MAX_SPEED_M_S
 
 EXAMPLE = "serial:///dev/ttyUSB0?baud=115200"
 TCP_PORT = 2000
@@ -43,6 +44,7 @@ SPEED_OVER = 0.06  # [s] over which speeds are taken from the wheels
 COUNTER = 1 << 32  # [ms] at which the robot's counter starts over
 LONGEST_GAP = 2.0  # [s] between readings; more is a robot that was started again
 CRUISE_SPEED_M_S = 0.1
+MAX_ROLLED_M = 0.5  # of a wheel between two readings, beyond MAX_SPEED_M_S
 BOUNDS = {
     "wheelbase": (0.01, 5.0),
     "radius": (0.01, 5.0),
@@ -133,7 +135,8 @@ class WheelOdometry:
     def move(self, counter: int, left: float, right: float) -> tuple[Pose, float, float]:
         """A reading at `counter` [ms] of wheels [m] → pose, [m/s], [rad/s].
 
-        Raises BadLine where the counter does not follow the last one, OSError where the next follows that one: the
+        Raises BadLine where the counter does not follow the last one, or wheels have rolled farther than any: they go
+        on from there. OSError where the next follows that one: the
         robot was started again.
         """
         if not self._past:
@@ -149,6 +152,11 @@ class WheelOdometry:
             raise BadLine("a counter that does not follow")
         self._strange = None
         self.stamp += elapsed
+        farthest = MAX_ROLLED_M + MAX_SPEED_M_S * elapsed
+        if max(abs(left - self._past[-1][1]), abs(right - self._past[-1][2])) > farthest:
+            self._past.clear()
+            self._past.append((self.stamp, left, right))
+            raise BadLine("wheels that cannot have rolled so far")
         forward, turn = self._rolled(self._past[-1], left, right)
         self._pose = self._pose @ arc(forward, turn)
         self._past.append((self.stamp, left, right))
@@ -203,7 +211,8 @@ class SerialBase(Device):
         odometry = WheelOdometry(self._equipment.base.wheelbase or 0.1)
         heard = time.monotonic()
         while time.monotonic() - heard < LOST_AFTER:
-            for words in self._lines(LOST_AFTER / 10):
+            rejected, lines = self.rejected, self._lines(LOST_AFTER / 10)
+            for words in lines:
                 try:
                     self._hand_on(words, odometry, readings)
                 except BadLine:
@@ -211,6 +220,7 @@ class SerialBase(Device):
                     continue
                 if words[:1] == ["O"]:
                     heard = time.monotonic()
+            readings.arrived("the base", readable=len(lines), unreadable=self.rejected - rejected)
         raise OSError("no odometry comes")
 
     def findings(self) -> Findings:

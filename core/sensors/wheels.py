@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from core.geometry import Pose, arc, wrap
-from core.message import message
+from core.message import Array, message
 
 MOVING_SPEED = 0.02  # [m/s], [rad/s] from which a robot moves noticeably
 
@@ -58,3 +60,72 @@ class Wheels:
     def as_read(self) -> Pose:
         """The odometry as it was read, `age` before its frame."""
         return self.odometry @ arc(self.speed * self.age, self.turn_rate * self.age).inverse()
+
+
+FIT_WINDOW_S = 0.5  # over which speeds and places are compared: what encoders count may be coarse
+MIN_WINDOW_M, MIN_WINDOW_RAD = 0.02, 0.02  # in one window: less may be noise
+MIN_FIT_WAY_M, MIN_FIT_TURN_RAD = 0.5, 0.5  # in all, from which the ratio is known
+MAX_SPEED_RATIO = 3.0  # of the speeds over the changes of the places
+
+
+class SpeedFit:
+    """Compares the speeds that a base reports with how its own places change."""
+
+    def __init__(self) -> None:
+        self._moved, self._claimed = np.zeros(2), np.zeros(2)
+
+    def add(self, moves: Array, claimed: Array) -> None:
+        """Take ways [m] and turns [rad] by the places (N, 2), and by the speeds (N, 2), each over FIT_WINDOW_S."""
+        moves = np.where(np.abs(moves) > (MIN_WINDOW_M, MIN_WINDOW_RAD), moves, 0.0)
+        self._moved += np.abs(moves).sum(axis=0)
+        self._claimed += (np.sign(moves) * np.clip(claimed, -1e6, 1e6)).sum(axis=0)
+
+    @property
+    def ratios(self) -> tuple[float, float]:
+        """Speed and turn rate over those by the places; 1 where too little has moved."""
+        known = self._moved >= (MIN_FIT_WAY_M, MIN_FIT_TURN_RAD)
+        way, turn = np.where(known, self._claimed / np.maximum(self._moved, 1e-12), 1.0).tolist()
+        return way, turn
+
+    @property
+    def is_used(self) -> bool:
+        """Return whether the speeds can be those of the places."""
+        return all(1 / MAX_SPEED_RATIO < ratio < MAX_SPEED_RATIO for ratio in self.ratios)
+
+    @property
+    def is_wrong(self) -> bool:
+        """Return whether the speeds are in another unit or of the other sign; those that are always 0 are none."""
+        return any(ratio != 0 and not 1 / MAX_SPEED_RATIO < ratio < MAX_SPEED_RATIO for ratio in self.ratios)
+
+
+class BaseSpeeds:
+    """The speeds of a base, reading by reading: as it reports them, or by its places where those cannot be true."""
+
+    def __init__(self) -> None:
+        self.fit = SpeedFit()
+        self._start: tuple[float, Pose] | None = None  # of the present window: its stamp [s] and place
+        self._last: tuple[float, Pose, float, float] | None = None
+        self._claimed = np.zeros(2)  # [m], [rad] since the start of the window
+        self._measured = 0.0, 0.0  # [m/s], [rad/s] by the places of the last window
+
+    def take(self, stamp: float, place: Pose, speed: float, turn_rate: float) -> tuple[float, float, bool]:
+        """The next reading at `stamp` [s] → speed [m/s], turn rate [rad/s], and whether it reports false ones."""
+        if self._start is None or self._last is None or not 0 < stamp - self._last[0] < FIT_WINDOW_S:
+            self._start, self._claimed = (stamp, place), np.zeros(2)
+        else:
+            elapsed = stamp - self._last[0]
+            self._claimed += (elapsed * self._last[2], elapsed * self._last[3])
+        self._last = stamp, place, speed, turn_rate
+        lasted = stamp - self._start[0]
+        if lasted >= FIT_WINDOW_S:
+            self._compare(self._start[1].inverse() @ place, lasted)
+            self._start, self._claimed = (stamp, place), np.zeros(2)
+        possible = abs(speed) <= MAX_SPEED_M_S and abs(turn_rate) <= MAX_TURN_RATE_RAD_S
+        if possible and self.fit.is_used:
+            return speed, turn_rate, False
+        return *self._measured, not possible or self.fit.is_wrong
+
+    def _compare(self, move: Pose, lasted: float) -> None:
+        if not is_restart(Pose(), move, lasted):
+            self.fit.add(np.array([[move.x, move.heading]]), self._claimed[None])
+            self._measured = move.x / lasted, move.heading / lasted

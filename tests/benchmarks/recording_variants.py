@@ -349,6 +349,18 @@ def poses(change: Callable[[np.ndarray, int, np.random.Generator], Any]) -> Writ
     return each("/odom", changed)
 
 
+def twists(speed: float, turn_rate: float) -> Writing:
+    """Multiply the speeds of every odometry, its places unchanged."""
+
+    def changed(told: Any, *_: Any) -> Any:
+        twist = told.twist.twist
+        linear = replace(twist.linear, x=twist.linear.x * speed)
+        angular = replace(twist.angular, z=twist.angular.z * turn_rate)
+        return replace(told, twist=replace(told.twist, twist=replace(twist, linear=linear, angular=angular)))
+
+    return each("/odom", changed)
+
+
 def covariances(value: float) -> Writing:
     """Say this for every number of the odometry's covariances."""
     filled = np.full(36, value)
@@ -690,6 +702,9 @@ MESSAGES: dict[str, Writing] = {
     "a million beams, first scan": scans(
         lambda s, n, _: {"ranges": np.resize(s.ranges, 1_000_000)} if n == 0 else {}
     ),
+    "speeds in mm/s": twists(1000.0, 1.0),
+    "turn rates in degrees/s": twists(1.0, 180 / math.pi),
+    "speeds of the wrong sign": twists(-1.0, 1.0),
     "number of beams 1, 2, 3 …": scans(lambda s, n, _: {"ranges": s.ranges[: n + 1]}),
     "angle_min > angle_max": scans(lambda s, *_: {"angle_min": s.angle_max, "angle_max": s.angle_min}),
     "negative step, ends right": scans(

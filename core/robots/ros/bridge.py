@@ -206,6 +206,8 @@ class RosSensors:
             content = self.types.decode(topic, self.topics.types[topic], payload)
             if content is not None:
                 self._take(topic, content, received)
+            else:
+                self._arrived(topic, readable=False)
 
     def take_fields(self, topic: str, content: Any) -> None:
         """A message as it came, decoded already."""
@@ -217,8 +219,16 @@ class RosSensors:
             self._takers[topic](topic, content, received)
             self._heard.add(topic)
             self._traffic.note(topic, content)
+            self._arrived(topic)
+        except UnusableReading:  # which was said
+            self.types.errors[topic] += 1
         except Exception:  # whatever a hostile message brings about, the next one may be fine
             self.types.errors[topic] += 1
+            self._arrived(topic, readable=False)
+
+    def _arrived(self, topic: str, *, readable: bool = True) -> None:
+        if self._readings is not None:
+            self._readings.arrived(topic, readable=int(readable), unreadable=int(not readable))
 
     def equipment(self, name: str) -> Equipment:
         """Equipment of the robot, as far as its messages say it; `notices` names what they leave out."""
@@ -359,6 +369,7 @@ class RosSensors:
             return Image(stamp=stamp, pixels=self._pixels(topic, content))
         except Exception:  # whatever a hostile picture brings about, the next one may be fine
             self.types.errors[topic] += 1
+            self._arrived(topic, readable=False)
             return None
 
     def _pixels(self, topic: str, content: Any) -> Array:

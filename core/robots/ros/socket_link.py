@@ -257,6 +257,8 @@ class RosSocket(RosDevice):
         except OSError:
             return False
         arrived = [found for found in read if found is not None]
+        if self._readings is not None:
+            self._readings.arrived(f"the {self.kind}", readable=len(arrived))
         if arrived and self.sensors is not None:
             self._hand_on(self.sensors, arrived)
         return True
@@ -272,6 +274,8 @@ class RosSocket(RosDevice):
             return self._read(raw)
         except Exception:  # whatever a hostile message brings about, the next one may be fine
             self.unreadable += 1
+            if self._readings is not None:
+                self._readings.arrived(f"the {self.kind}", unreadable=1)
             return None
 
     def _send(self, payload: str | bytes) -> None:

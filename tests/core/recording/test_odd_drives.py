@@ -1,4 +1,4 @@
-"""Text logs of a drive whose laser, or whose clock, is not as the log lets expect: they are read as what they are."""
+"""Logs of a drive whose laser, clock or speeds are not as the log lets expect: they are read as what they are."""
 
 from functools import cache
 from pathlib import Path
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from core.recording import LogSettings, open_log
-from tests.benchmarks.recording_variants import TEXTS, WRITERS, Drive, Writing, beginning, result, simulated
+from tests.benchmarks.recording_variants import MESSAGES, TEXTS, WRITERS, Drive, Writing, beginning, result, simulated
 
 
 @cache
@@ -31,10 +31,13 @@ def estimated(writing: Writing, folder: Path) -> tuple[float, list[str]]:
         ("clock set back by 3 s", "clock.set"),
         ("clock set back by an hour", "clock.set"),
         ("clock set ahead by a day", "clock.set"),
+        ("speeds in mm/s", "odometry.speeds"),
+        ("turn rates in degrees/s", "odometry.speeds"),
+        ("speeds of the wrong sign", "odometry.speeds"),
     ],
 )
 def test_the_estimate_is_right_and_the_oddity_is_said(variant: str, said: str, tmp_path: Path) -> None:
-    error, codes = estimated(TEXTS[variant], tmp_path)
+    error, codes = estimated((TEXTS | MESSAGES)[variant], tmp_path)
     assert codes == [said] and error < 0.06
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.geometry import Pose
+from core.geometry import Pose, arc
 from core.pilot import Pilot
 from core.robots import Profile
 from core.robots.nearness import NearField
@@ -183,3 +183,58 @@ def test_of_two_robots_under_one_name_nothing_is_used_and_the_robot_is_not_drive
     assert frames[told[0]].trouble == readings.faults[0].sentence and "namespace" in frames[told[0]].trouble
     for alone in (frames[:20], frames[150:]):
         assert all(frame.scan is not None or frame.wheels is not None for frame in alone)
+
+
+def roll(
+    readings: Readings, clock: list[float], speed: tuple[float, float], reported: tuple[float, float]
+) -> SensorFrame:
+    """Twenty seconds of a base that goes and turns, and what it reports of that → the last frame."""
+    place, frame = Pose(), readings.frame()
+    for _ in range(400):
+        clock[0] += 0.05
+        place = place @ arc(0.05 * speed[0], 0.05 * speed[1])
+        readings.wheels(place, *reported, stamp=clock[0])
+        frame = readings.frame()
+    return frame
+
+
+@pytest.mark.parametrize("reported", [(200.0, 0.3), (0.2, 17.2), (-0.2, 0.3), (0.2, -0.3), (1e30, 1e30)])
+def test_speeds_that_do_not_fit_the_places_are_taken_from_these_and_said(reported: tuple[float, float]) -> None:
+    clock = [0.0]
+    readings = Readings(lambda: clock[0])
+    frame = roll(readings, clock, (0.2, 0.3), reported)
+    assert frame.wheels is not None
+    assert (frame.wheels.speed, frame.wheels.turn_rate) == pytest.approx((0.2, 0.3), abs=0.01)
+    assert [one.code for one in readings.faults] == ["odometry.speeds"]
+
+
+@pytest.mark.parametrize("reported", [(0.2, 0.3), (0.26, 0.24), (0.0, 0.0), (0.2, 0.0)])
+def test_speeds_that_are_about_right_or_not_reported_are_no_fault(reported: tuple[float, float]) -> None:
+    clock = [0.0]
+    readings = Readings(lambda: clock[0])
+    frame = roll(readings, clock, (0.2, 0.3), reported)
+    assert readings.faults == () and frame.wheels is not None
+    if reported[1]:
+        assert (frame.wheels.speed, frame.wheels.turn_rate) == reported
+    else:
+        assert (frame.wheels.speed, frame.wheels.turn_rate) == pytest.approx((0.2, 0.3), abs=0.01)
+
+
+def test_huge_speeds_move_the_robot_nowhere_from_the_first_reading_on() -> None:
+    clock = [0.0]
+    readings = Readings(lambda: clock[0])
+    readings.wheels(Pose(), 1e6, 0.0, stamp=0.0)
+    clock[0] = 0.3
+    frame = readings.frame()
+    assert frame.wheels is not None and abs(frame.wheels.odometry.x) < 1e-6
+
+
+def test_a_line_on_which_many_messages_are_unreadable_is_said_and_a_lost_one_is_not() -> None:
+    readings = Readings()
+    for _ in range(99):
+        readings.arrived("the base", readable=20, unreadable=1)
+    assert readings.faults == ()
+    readings.arrived("the base", readable=10, unreadable=9)
+    assert [(one.code, one.values["bad"], one.values["all"]) for one in readings.faults] == [
+        ("link.unreadable", "13", "100")
+    ]

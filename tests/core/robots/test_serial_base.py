@@ -12,6 +12,7 @@ import pytest
 
 from core.errors import BadInput, Unavailable
 from core.gate import ZERO, Twist
+from core.geometry import Pose
 from core.robots.byte_link import WRITE_TIMEOUT_S, SerialLink
 from core.robots.live import LiveRobot
 from core.robots.readings import Readings
@@ -235,6 +236,25 @@ def test_odometry_follows_a_circle_and_goes_on_when_the_counter_turns_over() -> 
         pose, speed, turn_rate = odometry.move((start + 20 * step) % (1 << 32), left, right)
     assert pose.distance_to(0.0, 0.0) < 1e-9 and abs(pose.heading) < 1e-9
     assert speed == pytest.approx(turn / 4.0) and turn_rate == pytest.approx(turn / 4.0)
+
+
+def test_wheels_that_cannot_have_rolled_so_far_move_nothing_and_what_follows_does() -> None:
+    odometry, rejected, pose = WheelOdometry(0.2), 0, Pose()
+    for step in range(100):
+        left = (
+            1e300 if step == 20 else 5.0 + 0.01 * step if step > 60 else 0.01 * step
+        )  # the encoder began anew at 60
+        try:
+            pose, speed, _ = odometry.move(20 * step, left, left)
+        except BadLine:
+            rejected += 1
+    assert rejected == 3 and pose.x == pytest.approx(0.96) and speed == pytest.approx(0.5)
+
+
+def test_a_line_full_of_noise_is_said(robot_there: SerialRobot) -> None:
+    with live(device_of(robot_there)) as robot:
+        robot_there.inject(b"\xffO 1 2*00\n" * 40)
+        until(lambda: any(one.code == "link.unreadable" for one in robot.read().faults))
 
 
 def test_a_counter_that_went_back_twice_is_a_robot_that_was_started_again() -> None:

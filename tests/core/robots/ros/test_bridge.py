@@ -547,3 +547,28 @@ def test_a_base_that_was_pushed_between_two_motions_has_not_moved_by_its_speeds(
     base.watch(ZERO, Pose(0.5), 1.0)
     base.watch(Twist(0.1, 0.0), Pose(1.0), 2.0)
     assert not base.moved
+
+
+@pytest.mark.parametrize(
+    "odd", [{"ranges": "far"}, {"angle_increment": None}, {"header": 3}, {"ranges": [[1.0], 2.0]}]
+)
+def test_messages_of_another_form_are_said(odd: dict[str, object]) -> None:
+    wire = Wire()
+    wire.sensors.attach(wire.readings)
+    content = wire.types.decode("/scan", TOPICS["/scan"], wire.maker.scan(wire.scan(0.0)))
+    for name, value in odd.items():
+        setattr(content, name, value)
+    for _ in range(10):
+        wire.sensors.take_fields("/scan", content)
+    frame = wire.readings.frame()
+    assert frame.scan is None and [(one.code, one.sensor) for one in frame.faults] == [("link.unreadable", "/scan")]
+
+
+def test_bytes_that_are_no_such_message_are_said_where_they_are_many() -> None:
+    wire = Wire()
+    wire.sensors.attach(wire.readings)
+    payload = wire.maker.scan(wire.scan(0.0))
+    for step in range(60):
+        wire.clock = 100.0 + 0.1 * step
+        wire.take("/scan", payload[:-20] if step % 4 == 0 else wire.maker.scan(wire.scan(0.1 * step)))
+    assert "link.unreadable" in {one.code for one in wire.readings.frame().faults}
