@@ -220,8 +220,26 @@ def _part_of(found: _Found, size: tuple[int, int]) -> PictureGroup | Variation |
     part = consistency.find_part(every, solution, known, size)
     variation = consistency.find_variation(found.corners, found.solution, found.equations)
     if part is not None and variation is not None:
+        if variation.code == "camera.rows_late" and not _moves_within(found, part):
+            return part
         return variation if variation.left < LEFT_BY_VARIATION * part.left else part
     return part or variation
+
+
+def _moves_within(found: _Found, part: PictureGroup) -> bool:
+    """Return whether boards move within the part or the rest, too: else two cameras look like motion."""
+    inside, used = np.isin(np.arange(len(found.corners.pixels)), part.views), found.corners.views_used
+    for which, camera in ((inside & used, part.camera), (~inside & used, part.rest)):
+        if np.count_nonzero(which) < consistency.MIN_VIEWS:
+            continue
+        some = found.corners.take(which)
+        begun = BundleSolution(camera, found.solution.poses.take(which))
+        poses = bundle_adjustment.refine_poses(some, begun)
+        alone = bundle_adjustment.refine(some, BundleSolution(camera, poses), PAPER)
+        left = consistency.find_variation(some, alone, consistency.equations(some, alone))
+        if left is not None and left.code == "camera.rows_late":
+            return True
+    return False
 
 
 def _with_focal_doubt(
