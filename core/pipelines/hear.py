@@ -25,7 +25,7 @@ from core.recording.drive import DriveRecording, is_drive
 from core.recording.read_report import ReadReport
 from core.recording.recorded_senses import is_recording, recorded_sound
 from core.recording.recording import RecordingReport
-from core.recording.sound_file import read_sound
+from core.recording.sound_file import missing_share, read_sound
 from core.sensors.checks import CHECKS, Fault, fault
 from core.sensors.microphones import MAX_SAMPLE, MicrophoneArray, Sound
 from core.settings import Settings
@@ -37,6 +37,7 @@ PIECE_S = 0.5  # of sound that are recognised at once
 AROUND_S = 0.3  # by which a direction may lie outside the utterance that it belongs to
 FAINTER_DB = 20.0  # below the loudest channel, from which on one is taken to be unused
 MIN_WHOLE_NUMBER_PEAK = 8.0  # times full scale, from which samples are taken for whole numbers written as fractions
+MAX_MISSING_SHARE = 0.01  # of a file's samples, announced in its header
 QUIET_S, MIN_UNBROKEN_S, MAX_QUIET_LEVEL = 0.1, 1.0, 0.25  # of every second of speech so much is below that level
 MAX_ELEVATION_SD_RAD = 0.5  # sd beyond which an elevation is not reported
 
@@ -170,7 +171,10 @@ class RecordingTranscriber:
         """A file's sound, and what its reader says of it; of a recording its sound from 0 s on. Raises BadInput."""
         tally = ReadReport(path)
         if not is_recording(path):
-            return read_sound(path), tally.report("sound")
+            sound = read_sound(path)
+            if (missing := missing_share(path)) > MAX_MISSING_SHARE:
+                tally.fault("sound.cut", used=True, share=f"{100 * missing:.0f}")
+            return sound, tally.report("sound")
         sound = recorded_sound(path, self._settings.log, tally, progress)
         return replace(sound, stamp=0.0), tally.report("recording")
 

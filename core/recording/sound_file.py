@@ -18,6 +18,7 @@ LONGEST = 4 * 3600.0  # [s] of one sound
 MOST_SAMPLES = 300_000_000  # of all channels together
 MOST_CHANNELS = 64
 RATE_BOUNDS_HZ = (4_000, 192_000)
+UNFINISHED_BYTES = 0x7FFFF000  # from which a size stands for an unknown one, as of what came through a pipe
 MIN_NOISE_LEVEL = 0.3  # of full scale, from which on samples may be noise of exchanged bytes
 MAX_SWAPPED_STEPS = 0.25  # times the steps from sample to sample when such bytes are put right
 PCM_CODE, FLOAT_CODE, EXTENSIBLE_CODE = 1, 3, 0xFFFE
@@ -58,8 +59,25 @@ def wav_bytes(sound: Sound) -> bytes:
     return b"RIFF" + struct.pack("<I", len(body)) + body
 
 
+def missing_share(path: Path) -> float:
+    """Return the share of its samples that a WAV file announces and does not hold, as one that was cut; 0: none."""
+    with open_file(path, MAX_FILE_BYTES) as file:
+        if file.read(4) != b"RIFF":
+            return 0.0
+    _, _, announced, held = _data_of(path)
+    return 0.0 if announced >= UNFINISHED_BYTES else 1 - held / max(announced, held, 1)
+
+
 def _wav(path: Path) -> tuple[int, Array]:
-    """Walk the chunks by the bytes that are there; the sizes in headers only ever shorten."""
+    """The samples that are there; sizes in headers only ever shorten."""
+    form, begin, _, held = _data_of(path)
+    with open_file(path, MAX_FILE_BYTES) as file:
+        file.seek(begin)
+        return _samples(path.name, form, file.read(held))
+
+
+def _data_of(path: Path) -> tuple[bytes, int, int, int]:
+    """Walk the chunks → the format, where the samples begin, how many bytes of them are announced, and are held."""
     with open_file(path, MAX_FILE_BYTES) as file:
         size = file.seek(0, 2)
         form: bytes | None = None
@@ -74,7 +92,7 @@ def _wav(path: Path) -> tuple[int, Array]:
                 if form is None:
                     raise BadInput(f"{path.name} has samples before it says what they are; it is damaged.")
                 unfinished = declared in (0, 0xFFFFFFFF)  # a recorder that was cut off never wrote the size
-                return _samples(path.name, form, file.read(size - at - 8 if unfinished else there))
+                return form, at + 8, 0 if unfinished else declared, size - at - 8 if unfinished else there
             at += 8 + declared + declared % 2
     raise BadInput(f"{path.name} holds no samples; it was cut off, or its header lies about where they are.")
 

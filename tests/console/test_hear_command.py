@@ -303,6 +303,15 @@ def test_a_channel_that_the_sound_has_not_is_told(
     )
 
 
+def test_a_file_that_was_cut_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = Path(recorded(tmp_path / "voice.wav"))
+    for kept, codes in ((1.0, []), (0.7, ["sound.cut"])):
+        file.write_bytes(file.read_bytes()[: round(kept * file.stat().st_size)])
+        assert hear("--json", str(file)) == 0
+        told = json.loads(capsys.readouterr().out)
+        assert [one["code"] for one in told["faults"]] == codes
+
+
 def told_as(samples: np.ndarray, held: str, told: str) -> np.ndarray:
     """Samples in full scale that were written as one kind of number and are read as another."""
     full = {"<i2": 2**15, "<i4": 2**31, "i1": 2**7, "u1": 2**7}

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.errors import BadInput
-from core.recording.sound_file import read_sound, write_wav
+from core.recording.sound_file import missing_share, read_sound, write_wav
 from core.sensors.microphones import Sound
 
 RNG = np.random.default_rng(0)
@@ -118,6 +118,17 @@ def test_files_that_lie_or_are_damaged_are_refused_in_a_sentence(tmp_path, conte
 def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(BadInput, match="no file"):
         read_sound(tmp_path / "none.wav")
+
+
+@pytest.mark.parametrize(("kept", "missing"), [(1.0, 0.0), (0.6, 0.4)])
+def test_how_much_of_a_cut_file_is_missing_is_known(tmp_path, kept, missing):
+    path = tmp_path / "a.wav"
+    write_wav(path, Sound(stamp=0.0, rate=16000, samples=np.zeros((16000, 2))))
+    whole = path.read_bytes()
+    path.write_bytes(whole[: round(kept * len(whole))])
+    assert missing_share(path) == pytest.approx(missing, abs=1e-3)
+    path.write_bytes(whole.replace(b"data" + struct.pack("<I", 64000), b"data\xff\xff\xff\xff"))
+    assert missing_share(path) == 0.0
 
 
 @given(place=st.integers(0, 43), value=st.integers(0, 255))
