@@ -9,7 +9,7 @@ from core.message import Array
 from core.sensors import Image
 
 JPEG = [cv2.IMWRITE_JPEG_QUALITY, 80]
-REST_GAP = 0.5  # [s] between two pictures of a robot that stands, where they look alike
+REST_GAP_S = 0.5  # between two pictures of a robot that stands, where they look alike
 COARSE_SIZE = (40, 32)  # in which two pictures are compared, so that the camera's noise is no difference
 MIN_CHANGE_GREY = 4.0  # of 255: a coarse element that differs so much shows something else
 
@@ -43,7 +43,7 @@ class CameraStream:
 
     def _is_like_sent(self, stamp: float, coarse: Array) -> bool:
         sent, before = self._sent
-        recent = 0 <= stamp - sent < REST_GAP and before.shape == coarse.shape
+        recent = 0 <= stamp - sent < REST_GAP_S and before.shape == coarse.shape
         return recent and float(np.abs(coarse - before).max()) < MIN_CHANGE_GREY
 
     def show(self, picture: Picture) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from console.access.browser import browse
 from console.access.guard import Access
-from console.access.logins import LINK_LIFE, Logins, new_token
+from console.access.logins import LINK_LIFE_S, Logins, new_token
 from console.access.records import AccessFile
 from console.access.token_file import read_token
 from console.data_folder import home_folder, locked
@@ -21,7 +21,7 @@ from console.http.connection_limits import raise_file_limit
 from console.logging_setup import start_logging
 from console.options import LOOPBACK, Options, address_of, bound, hosts_of, in_address, is_readable, is_wildcard
 
-ONCE_LIFE = 120.0  # [s] in which the browser that is opened here has to come
+ONCE_LIFE_S = 120.0  # in which the browser that is opened here has to come
 READABLE_BY_OTHERS_WARNING = (
     "Others on the network can read along and take over: this is plain HTTP, and phones give it no microphone. "
     "Start with --tls-cert and --tls-key, or put TLS in front of it."
@@ -64,7 +64,7 @@ def announce(options: Options, port: int, access: Access) -> None:
         sys.stdout.write(f"Beckon is at {address}\n")
     else:
         driving, watching = operator_key(options, access, now), new_token()
-        logins.admit(watching, "viewer", "viewer", "start", now, end=now + LINK_LIFE)
+        logins.admit(watching, "viewer", "viewer", "start", now, end=now + LINK_LIFE_S)
         sys.stdout.write(f"Beckon is at {address}#t={driving}\nTo watch only: {address}#t={watching}\n")
         if access.address and sys.stdout.isatty():
             sys.stdout.write(f"On a phone:\n{qr.drawn(f'{address}#t={driving}')}")
@@ -74,8 +74,8 @@ def announce(options: Options, port: int, access: Access) -> None:
     if options.open_browser:
         scheme = address.partition(":")[0]
         here = f"{scheme}://127.0.0.1:{port}/" if is_wildcard(options.host) else address
-        once = "" if access.no_auth else f"#t={logins.issue('operator', 'admin', once=True, end=now + ONCE_LIFE)}"
-        opening = (here + once, home_folder(options.data), ONCE_LIFE)
+        once = "" if access.no_auth else f"#t={logins.issue('operator', 'admin', once=True, end=now + ONCE_LIFE_S)}"
+        opening = (here + once, home_folder(options.data), ONCE_LIFE_S)
         threading.Thread(target=browse, args=opening, name="browser", daemon=True).start()
 
 
@@ -87,7 +87,7 @@ def operator_key(options: Options, access: Access, now: float) -> str:
     if options.token_file is None:
         token = new_token()
         access.logins.supersede_file_keys()
-        access.logins.admit(token, "operator", "admin", "start", now, end=now + LINK_LIFE)
+        access.logins.admit(token, "operator", "admin", "start", now, end=now + LINK_LIFE_S)
         return token
     token = read_token(options.token_file)
     access.logins.supersede_file_keys(access.logins.admit(token, "operator", "operator", "file", now))

@@ -4,8 +4,8 @@ import math
 
 from core.snapshot import Snapshot
 
-STATE_GAP = 0.045  # [s] at least between two states: 20 Hz
-REST_GAP = 0.2  # [s] the same while the robot rests and nothing happens at the console
+STATE_GAP_S = 0.045  # at least between two states: 20 Hz
+REST_GAP_S = 0.2  # the same while the robot rests and nothing happens at the console
 STANDING_S = 2.0  # of standing
 STILL_SPEED = 0.005  # [m/s], [rad/s]
 
@@ -35,9 +35,9 @@ class StatePace:
 
         Where the robot's clock runs slowly the states are as many a second by it, so that it runs less slowly.
         """
-        gap = STATE_GAP
+        gap = STATE_GAP_S
         if situation == self._situation:
-            gap = REST_GAP if self.at_rest else min(STATE_GAP / max(self._pace, STATE_GAP), REST_GAP)
+            gap = REST_GAP_S if self.at_rest else min(STATE_GAP_S / max(self._pace, STATE_GAP_S), REST_GAP_S)
         return now - self._sent >= gap + later
 
     def sent(self, now: float, situation: tuple[object, ...]) -> None:

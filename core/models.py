@@ -23,7 +23,7 @@ from urllib.parse import urlsplit
 from core.errors import BadInput, Unavailable, Unwritable
 from core.files import reason, replacing, write_atomic
 
-CHUNK = 1 << 20  # [bytes] that are read at once
+CHUNK_BYTES = 1 << 20  # that are read at once
 DOWNLOAD_TIMEOUT_S = 600.0  # that a download may take
 CONNECTION_TIMEOUT_S = 20.0  # of a silent server
 PROGRESS_BYTES = 10_000_000  # of a download between two lines about it
@@ -258,7 +258,7 @@ def _fetched(place: Path, file: str, wanted: ModelFileSpec, tell: Tell) -> Path:
     tell(f"{file} is fetched from {host} ({wanted.size / 1e6:.0f} MB).")
     try:
         with urlopen(wanted.url, timeout=CONNECTION_TIMEOUT_S) as source, target.open("wb") as fetched:
-            while (chunk := source.read(CHUNK)) and fetched.tell() <= wanted.size:
+            while (chunk := source.read(CHUNK_BYTES)) and fetched.tell() <= wanted.size:
                 before = fetched.tell() // PROGRESS_BYTES
                 fetched.write(chunk)
                 if fetched.tell() // PROGRESS_BYTES > before:
@@ -293,7 +293,7 @@ def _keep(name: str, file: str, source: IO[bytes]) -> None:
     wanted, seen, size = MODELS[name].files[file], hashlib.sha256(), 0
     try:
         with source, replacing(folder_of(name) / file) as target:
-            while chunk := source.read(CHUNK):
+            while chunk := source.read(CHUNK_BYTES):
                 size += len(chunk)
                 if size > wanted.size:
                     break

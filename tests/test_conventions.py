@@ -174,6 +174,33 @@ def test_a_numeric_constant_says_its_quantity_and_unit() -> None:
     assert sum(len(one_word_numbers(tree)) for tree in product().values()) == MAX_ONE_WORD_NUMBERS
 
 
+UNIT_ENDINGS = {
+    "[s]": "_S",
+    "[ms]": "_MS",
+    "[m]": "_M",
+    "[rad]": "_RAD",
+    "[m/s]": "_M_S",
+    "[rad/s]": "_RAD_S",
+    "[pixel]": "_PX",
+    "[bytes]": "_BYTES",
+    "[dB]": "_DB",
+    "[Hz]": "_HZ",
+}
+NUMBER_WITH_UNIT = re.compile(r"([A-Z][A-Z0-9_]*) = [-(]?[\d.][^,#]*# (\[[^]]+\])(?!(?:,| and) \[)")
+
+
+def test_a_constant_whose_comment_gives_a_unit_has_it_in_its_name() -> None:
+    found = [
+        (path.name, *number.groups())
+        for path in product()
+        if path.suffix == ".py"
+        for number in map(NUMBER_WITH_UNIT.match, path.read_text(encoding="utf-8").splitlines())
+        if number is not None
+    ]
+    wrong = [one for one in found if not one[1].endswith(UNIT_ENDINGS.get(one[2], ""))]
+    assert len(found) > 50 and wrong == []
+
+
 def reached(node: ast.Attribute) -> list[str]:
     """The names of `self.a.b.c` or `a.b.c`, without `self`."""
     names, inner = list[str](), node

@@ -27,7 +27,7 @@ Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 AT_ONCE = 16384  # bytes of JSON that are read on the event loop; more would keep it for milliseconds
-BODY_TIME = 10.0  # [s] for an ordinary body
+BODY_TIME_S = 10.0  # for an ordinary body
 MOST_LARGE = 4  # bodies beyond what JSON may have that are taken in at the same time
 ON_THIS_MACHINE = {"127.0.0.1", "::1", "::ffff:127.0.0.1"}
 SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
@@ -189,7 +189,7 @@ async def checked_body(visit: Visit, wanted: BodyLimit, receive: Receive) -> Rec
         check_type(visit, wanted)
     body = bytearray()
     try:
-        async with asyncio.timeout(wanted.patience * BODY_TIME):
+        async with asyncio.timeout(wanted.patience * BODY_TIME_S):
             more = True
             while more:
                 message = await receive()
@@ -200,7 +200,7 @@ async def checked_body(visit: Visit, wanted: BodyLimit, receive: Receive) -> Rec
                 if len(body) > wanted.most:
                     raise too_large(wanted)
     except TimeoutError:
-        seconds = wanted.patience * BODY_TIME
+        seconds = wanted.patience * BODY_TIME_S
         raise Problem(408, f"The request's body took longer than {seconds:.0f} seconds.") from None
     if body:
         check_type(visit, wanted)

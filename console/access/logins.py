@@ -19,8 +19,8 @@ from core.errors import BadInput
 Role = Literal["viewer", "operator", "admin"]
 
 DAY = 24 * 3600.0
-LIFE = 7 * DAY  # [s] of a login
-LINK_LIFE = 30 * DAY  # [s] of a link
+LOGIN_LIFE_S = 7 * DAY  # of a login
+LINK_LIFE_S = 30 * DAY  # of a link
 WRONG_WINDOW_S = 60.0  # in which an address may be wrong
 MAX_WRONG = 5  # times
 MOST_LOGINS = 300  # of one role
@@ -203,7 +203,9 @@ class Logins:
     ) -> None:
         wall = now + self._ahead
         role, since = cast(Role, person.role), wall if made is None else made
-        login = LoginRecord(fingerprint(cookie), person.id, person.name, role, opener, since, wall + LIFE, key_name)
+        login = LoginRecord(
+            fingerprint(cookie), person.id, person.name, role, opener, since, wall + LOGIN_LIFE_S, key_name
+        )
         self._make(Change(logins=(login,)))
 
     def _login(self, cookie: str, now: float) -> LoginRecord | None:

@@ -12,7 +12,7 @@ from console.api import CalibrationSessions, HistoryInUse, Operator, RequestBody
 from console.api.typed_route import JsonAnswer, sends
 from console.calibration import jobs
 from console.calibration.service import CalibrationService, SessionList, listed
-from console.calibration.session import PICTURE_BUDGET, CalibrationSession
+from console.calibration.session import PICTURE_BUDGET_S, CalibrationSession
 from console.http.problems import Problem
 from console.messages.calibration import (
     CalibrationBoard,
@@ -26,7 +26,7 @@ from core.errors import BeckonError
 
 calibration = router("calibration", 404, 409, 429, 503, 507)
 
-LARGEST_FRAME = 2_000_000  # [bytes] of a webcam's picture
+MAX_FRAME_BYTES = 2_000_000  # of a webcam's picture
 NAMELESS = "picture"
 LONGEST_NAME = 80
 PixelNumber = Annotated[float, Field(ge=-0.5, le=100_000, allow_inf_nan=False)]
@@ -141,9 +141,9 @@ async def picture(
         raise Problem(409, "The laser's session looks at the robot only; no pictures are sent to it.")
     content = await request.body()
     if live == "1":
-        if len(content) > LARGEST_FRAME:
-            raise Problem(413, f"A webcam's picture may have {LARGEST_FRAME} bytes; send it smaller.")
-        await session.act(jobs.LookAtWebcam(content, stamp_s), budget=PICTURE_BUDGET, stamp=stamp_s)
+        if len(content) > MAX_FRAME_BYTES:
+            raise Problem(413, f"A webcam's picture may have {MAX_FRAME_BYTES} bytes; send it smaller.")
+        await session.act(jobs.LookAtWebcam(content, stamp_s), budget=PICTURE_BUDGET_S, stamp=stamp_s)
     else:
         marked = corners or []
         await take(session, content, plain(name), list(zip(marked[::2], marked[1::2], strict=True)))
@@ -153,7 +153,7 @@ async def picture(
 async def take(session: CalibrationSession, content: bytes, name: str, corners: list[tuple[float, float]]) -> None:
     """Raises BadInput with the fault of the picture, which the session shows as well."""
     try:
-        await session.act(jobs.TakeUpload(content, name, corners), budget=PICTURE_BUDGET)
+        await session.act(jobs.TakeUpload(content, name, corners), budget=PICTURE_BUDGET_S)
     except BeckonError as wrong:
         session.trouble(f"{name}: {wrong}", "refused")
         raise

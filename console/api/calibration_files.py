@@ -12,7 +12,7 @@ from console.api.calibration import CalibrationDocument, Id, Name
 from console.api.typed_route import JsonAnswer, sends
 from console.calibration.codec import camera_in
 from console.calibration.jobs import Document, StraightenPicture
-from console.calibration.session import PICTURE_BUDGET, CalibrationSession
+from console.calibration.session import PICTURE_BUDGET_S, CalibrationSession
 from console.calibration.session_store import small_name
 from console.http.downloads import file_named, zip_named
 from console.http.problems import Problem
@@ -75,7 +75,7 @@ async def view(
     camera = straightener(session) if corrected == "1" else None
     async with calibration_service.picture_turns.taken():
         job = StraightenPicture(await read(session, file), camera)
-        picture = await calibration_service.solver.ask(job, budget=PICTURE_BUDGET)
+        picture = await calibration_service.solver.ask(job, budget=PICTURE_BUDGET_S)
     return Response(picture, media_type="image/jpeg")
 
 

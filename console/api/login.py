@@ -8,7 +8,7 @@ import msgspec
 from fastapi import Request, Response
 from pydantic import Field
 
-from console.access.logins import ANYBODY, LIFE, Person
+from console.access.logins import ANYBODY, LOGIN_LIFE_S, Person
 from console.access.records import BY_KEY
 from console.access.roles import KEY, needs
 from console.api import AccessRules, Dispatcher, HistoryInUse, RequestBody, Sockets, Who, problems, router
@@ -69,7 +69,7 @@ async def sign_in(
     response.set_cookie(
         access.cookie,
         cookie,
-        max_age=int(LIFE),
+        max_age=int(LOGIN_LIFE_S),
         path=request.scope.get("root_path") or "/",
         httponly=True,
         samesite="strict",

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from console.access.guard import ON_THIS_MACHINE, Access
 from console.access.login_keeper import ENDED
-from console.access.logins import LINK_LIFE, Person, new_token
+from console.access.logins import LINK_LIFE_S, Person, new_token
 from console.access.records import KeyKind
 from console.access.roles import needs
 from console.api import AccessRules, Behind, HistoryInUse, RequestBody, Sockets, Who, router
@@ -118,7 +118,7 @@ async def make_link(
     if access.no_auth:
         raise Problem(409, "Nobody has to sign in here: give the address alone.")
     token, now = new_token(), time.monotonic()
-    key = access.logins.admit(token, called(asked.name) or asked.role, asked.role, "link", now, end=now + LINK_LIFE)
+    key = access.logins.admit(token, called(asked.name) or asked.role, asked.role, "link", now, end=now + LINK_LIFE_S)
     await behind.login_keeper.settle()
     history.add("link", who, remark=f"A link for {key.name}, to {'drive' if key.role == 'operator' else 'watch'}.")
     base = address_for_others(request, access)

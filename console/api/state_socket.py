@@ -34,7 +34,7 @@ from console.workers.tasks import end
 from core.errors import BadInput, BeckonError
 
 GONE = CloseSocket(1000, "The browser left.")
-SEND_TIME = 10.0  # [s] for one message; a browser that takes longer is disconnected
+SEND_TIME_S = 10.0  # for one message; a browser that takes longer is disconnected
 MOST_PER_SECOND = 200  # messages; a stop is heard nevertheless
 FLOOD = 5 * MOST_PER_SECOND  # messages a second, stops among them, that end the socket
 # Silence after which a crowd of messages may have waited: the console stood, or the link.
@@ -100,7 +100,7 @@ class StateSocket:
     async def _send_all(self) -> None:
         try:
             while (message := await self._viewer.next(self._runtime.broadcaster)) is not None:
-                async with asyncio.timeout(SEND_TIME):
+                async with asyncio.timeout(SEND_TIME_S):
                     if isinstance(message, str):
                         await self._socket.send_text(message)
                     else:

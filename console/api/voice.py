@@ -11,7 +11,7 @@ from console.access.roles import needs
 from console.api import Behind, Operator, RequestBody, part, router
 from console.api.simulation import speak_in_pieces
 from console.runtime import Runtime
-from console.speech.robot_voice import MAX_WAITING_S, MOST_MOVING, RobotVoice
+from console.speech.robot_voice import MAX_WAITING_S, MAX_WORDS_MOVING_S, RobotVoice
 from core.errors import BeckonError
 from core.robots.requests import ReadTruth, Speak
 from core.sensors.microphones import Sound
@@ -61,7 +61,7 @@ async def say(asked: SpeechRequest, behind: Behind, voice: SpokenAnswers, _: Ope
     While someone drives, only the operator in control makes the robot speak: it hears no STOP meanwhile.
     """
     moves = behind.snapshot is not None and behind.snapshot.active_command is not None
-    number, sound = await voice.say(asked.text, MOST_MOVING if moves else MAX_WAITING_S)
+    number, sound = await voice.say(asked.text, MAX_WORDS_MOVING_S if moves else MAX_WAITING_S)
     await in_room(behind, sound)
     return SpokenAnswer(number, round(sound.duration, 3), sound.rate, pcm(sound))
 

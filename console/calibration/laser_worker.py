@@ -30,7 +30,7 @@ from core.optics import TABLE_3
 from core.sensors.laser import Scan
 from core.sentences import plain
 
-LIVE_SD = 0.01  # [m] of a single range, for the line that is shown live
+LIVE_SD_M = 0.01  # of a single range, for the line that is shown live
 
 
 class LaserWorker(SessionWorker[LaserSession]):
@@ -133,7 +133,7 @@ class LaserWorker(SessionWorker[LaserSession]):
         if background is None:
             return np.empty(0, int)
         ranges = np.where(scan.valid, scan.ranges, np.nan)
-        mean = MeanScan(ranges=ranges, rays=unit_rays(scan.angles), sd=LIVE_SD)
+        mean = MeanScan(ranges=ranges, rays=unit_rays(scan.angles), sd=LIVE_SD_M)
         lines = find_lines(mean, foreground(mean, background), self._session.board)
         return lines[0] if lines else np.empty(0, int)
 

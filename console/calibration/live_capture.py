@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from console.calibration.jobs import ForgetRoom, LookAtPicture, SweepScan
-from console.calibration.session import PICTURE_BUDGET, CalibrationSession
+from console.calibration.session import PICTURE_BUDGET_S, CalibrationSession
 from console.http.problems import Problem
 from core.errors import BeckonError
 from core.geometry import Pose
@@ -70,7 +70,7 @@ class LiveCapture:
 
     async def _look(self, image: Image) -> None:
         await self._session.act(
-            LookAtPicture(grey_picture(image), image.stamp), budget=PICTURE_BUDGET, stamp=image.stamp, patient=True
+            LookAtPicture(grey_picture(image), image.stamp), budget=PICTURE_BUDGET_S, stamp=image.stamp, patient=True
         )
 
     async def _sweep(self, scan: Scan) -> None:

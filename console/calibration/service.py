@@ -15,7 +15,7 @@ from console.calibration.codec import board_of
 from console.calibration.demo import demo_of
 from console.calibration.live_capture import LiveCapture, grey_picture
 from console.calibration.session import (
-    PICTURE_BUDGET,
+    PICTURE_BUDGET_S,
     CalibrationSession,
     CameraCalibrationSession,
     LaserCalibrationSession,
@@ -266,7 +266,7 @@ class CalibrationService(Part):
         self, text: str, who: str
     ) -> tuple[CalibrationKind, jobs.ImportedCameraReport | jobs.ImportedMountReport]:
         """Use the camera or the mount in a file of any form from now on → its kind and report. Raises BadInput."""
-        found = await self.solver.ask(jobs.ReadCalibrationFile(text, self.active.camera), budget=PICTURE_BUDGET)
+        found = await self.solver.ask(jobs.ReadCalibrationFile(text, self.active.camera), budget=PICTURE_BUDGET_S)
         if isinstance(found, jobs.ImportedMount):
             kind, document = "laser", {**found.document, "extrinsics": found.extrinsics}
         else:
@@ -326,7 +326,7 @@ class CalibrationService(Part):
         if self.newest is None or self._robot.link()[0] != "live":
             raise Problem(503, "No picture comes from the robot now.")
         image = self.newest
-        await session.act(jobs.TakePicture(grey_picture(image)), budget=PICTURE_BUDGET, stamp=image.stamp)
+        await session.act(jobs.TakePicture(grey_picture(image)), budget=PICTURE_BUDGET_S, stamp=image.stamp)
 
     async def show_demo(self, session: CalibrationSession, *, on: bool) -> None:
         """The simulated person holds the board for this session, or stops. Raises Problem 409."""

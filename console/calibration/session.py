@@ -19,10 +19,10 @@ from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose, Transform
 
-PICTURE_BUDGET = 2.0  # [s] of processor time for one picture
+PICTURE_BUDGET_S = 2.0  # of processor time for one picture
 BUDGET_S = 10.0  # for anything else at the worker
-SOLVE_BUDGET = 60.0  # [s]
-SOLVE_PATIENCE = 30.0  # [s] by the clock that accepting waits for a solution
+SOLVE_BUDGET_S = 60.0
+SOLVE_PATIENCE_S = 30.0  # by the clock that accepting waits for a solution
 DWELL_S = 1.0  # that "counted" stays before the live picture's "same as …" may replace it
 MOST_WAITING = 3  # requests that may wait for the worker
 COVERED = "The solution is of all these views already. Show more of them, or leave one out; then it is solved again."
@@ -116,7 +116,7 @@ class CalibrationSession(ABC):
         if self._solved is None and self.shown.solution is not None:
             await self.act(jobs.RefreshSession())
         try:
-            async with asyncio.timeout(SOLVE_PATIENCE):
+            async with asyncio.timeout(SOLVE_PATIENCE_S):
                 await self._settled.wait()
         except TimeoutError:
             raise Problem(503, "It is still being solved; try again when the solution is there.") from None
@@ -314,7 +314,7 @@ class CameraCalibrationSession(CalibrationSession):
 
     async def _solution(self) -> jobs.CameraSolution:
         return await self._solver_worker.ask(
-            jobs.SolveCamera(self.card.board, self._state, self.printed), budget=SOLVE_BUDGET
+            jobs.SolveCamera(self.card.board, self._state, self.printed), budget=SOLVE_BUDGET_S
         )
 
     async def _acceptance(self, *, force: bool) -> jobs.AcceptedCamera:
@@ -331,7 +331,7 @@ class LaserCalibrationSession(CalibrationSession):
         camera, mount = self.card.camera, self.card.mount
         assert camera is not None and mount is not None
         job = jobs.SolveLaser(self.card.board, self._state, camera, mount.mount, self.printed)
-        return await self._solver_worker.ask(job, budget=SOLVE_BUDGET)
+        return await self._solver_worker.ask(job, budget=SOLVE_BUDGET_S)
 
     async def _acceptance(self, *, force: bool) -> jobs.AcceptedMount:
         return await self._asked(jobs.AcceptMount(force))

@@ -19,7 +19,7 @@ def add(subcommands: Any) -> None:
 
 def run(chosen: argparse.Namespace) -> int:
     """Print it, and on a terminal its QR code. Raises Unavailable where no console runs."""
-    from console.access.logins import LINK_LIFE, key_for
+    from console.access.logins import LINK_LIFE_S, key_for
     from console.cli.token import tidy
     from console.data_folder import home_folder, running_at
     from console.http import qr
@@ -30,7 +30,7 @@ def run(chosen: argparse.Namespace) -> int:
         raise Unavailable(f"No console runs with the data folder {home}; start one with: beckon run")
     now = time.time()
     name = tidy(chosen.name) if chosen.name else chosen.role
-    token, key = key_for(home, name, chosen.role, "link", now, end=now + LINK_LIFE)
+    token, key = key_for(home, name, chosen.role, "link", now, end=now + LINK_LIFE_S)
     address = f"{base}#t={token}"
     if chosen.json:
         write_json({"id": key.id, "address": address, "name": key.name, "role": key.role, "end_s": key.end_s})

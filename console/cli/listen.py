@@ -145,7 +145,7 @@ def heard_by(robot: Robot, say: str | None) -> Iterator[Sound]:
     """Yield the sound of a robot's microphones, in pieces, as time goes on; in a simulated room `say` is said."""
     from core.robots.requests import SetListening, Speak
     from core.sensors.microphones import joined
-    from core.speech.settings import MOST_WAITING, PIECE_S
+    from core.speech.settings import MAX_WAITING_S, PIECE_S
 
     if say is not None and Speak not in robot.requests:
         raise BadInput("Only in a simulated room someone says what --say gives: try --array sim:lab.")
@@ -160,7 +160,7 @@ def heard_by(robot: Robot, say: str | None) -> Iterator[Sound]:
             speaks_at, end = math.inf, due + spoken.seconds + LISTEN_AFTER_S
         due += 1 / robot.profile.rate
         time.sleep(max(due - time.monotonic(), 0.0))
-        waiting = joined(waiting, robot.read().sound, MOST_WAITING)
+        waiting = joined(waiting, robot.read().sound, MAX_WAITING_S)
         if waiting is not None and waiting.duration >= PIECE_S:
             yield waiting
             waiting = None

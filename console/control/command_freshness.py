@@ -1,9 +1,9 @@
 """The freshness of words: one rule for every source of words, checked when the motion would begin.
 
-Words older than `OBEYED_WITHIN` come too late. A stop by anyone, a hand on the keys, a newer command by any source, a
-change of who drives, and the closing of the speaker's page make everything that was heard before void. All times are
-of the console's monotonic clock; where a client's clock takes part, it only ever makes words older. How old words are
-is counted by the clock of a simulated robot, which waits for a slow computer.
+Words older than `MAX_OBEYED_AGE_S` come too late. A stop by anyone, a hand on the keys, a newer command by any
+source, a change of who drives, and the closing of the speaker's page make everything before void. All times are of
+the console's monotonic clock; where a client's clock takes part, it only ever makes words older. How old words are is
+counted by the clock of a simulated robot, which waits for a slow computer.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from console.access.logins import Person
 from console.control.lease import Lease
 from console.http.problems import Problem
-from core.commands.confirmation_delay import OBEYED_WITHIN
+from core.commands.confirmation_delay import MAX_OBEYED_AGE_S
 from core.sentences import Statement
 
 # The robot's clock and ours: when something of the robot's was, and how much time has passed for the robot since.
@@ -173,7 +173,7 @@ class CommandFreshness:
         """Why words of this age are not obeyed, a sentence; "" when they may be."""
         age = self.time.elapsed(said.ended, time.monotonic() if said.taken is None else said.taken)
         late = Statement("words.too_late") if source in READ_SOURCES else Statement("command.too_late")
-        return late(delay=f"{age:.1f}") if age > OBEYED_WITHIN else ""
+        return late(delay=f"{age:.1f}") if age > MAX_OBEYED_AGE_S else ""
 
     def why_not(self, said: Spoken, source: str, who: Person) -> str:
         """Why these words do not move the robot, a sentence; "" when they may."""

@@ -41,7 +41,7 @@ REACHED = ("live", "stale")
 LeaseAction = Literal["acquire", "renew", "take", "release", "ask", "give", "keep"]
 SETTLING_S = 0.3  # after which what the gate says surely concerns a command
 MAX_TICK_GAP_S = 1.0  # between two ticks after which what came meanwhile came at nobody knows what time
-LET_GO = 0.5  # [s] without a moving jog after which the press has ended
+LET_GO_PAUSE_S = 0.5  # without a moving jog after which the press has ended
 
 
 class CommandDispatcher:
@@ -308,7 +308,7 @@ class CommandDispatcher:
         if now - self._ticked > MAX_TICK_GAP_S:  # sound that waited in the sockets looks as if it came just now
             self.freshness.stood_still(now - self._ticked, now + MAX_TICK_GAP_S)
         self._ticked = now
-        if self._jog and now - self._jog.seen > LET_GO:
+        if self._jog and now - self._jog.seen > LET_GO_PAUSE_S:
             self._history.end(self._jog.entry, "done", "")
             self._jog = None
         lost = self._lease.tick(now, obeying=self._active.keeps_lease(self._lease.holder))

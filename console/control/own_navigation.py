@@ -32,7 +32,7 @@ log = logging.getLogger(__name__)
 
 LOOK_PERIOD_S = 0.5  # between two looks
 MAX_HELD_POSES = 200  # poses of Beckon's own that are kept, for the one of a stamp: 5 s
-SAME_TIME = 0.2  # [s] between a pose on the robot's map and Beckon's own at which they are one
+SAME_TIME_S = 0.2  # between a pose on the robot's map and Beckon's own at which they are one
 DRIVES = "The robot's own navigation drives now, and Beckon's gate does not look ahead for it. STOP ends it."
 UNALIGNED = (
     "The robot does not say where it is on its map, so how that lies to Beckon's is not known: both are drawn "
@@ -189,7 +189,7 @@ class OwnNavigationService(Part):
         if answer.pose is None or not self._poses:
             return
         stamp, here = min(self._poses, key=lambda entry: abs(entry[0] - answer.stamp_s))
-        if abs(stamp - answer.stamp_s) < SAME_TIME:
+        if abs(stamp - answer.stamp_s) < SAME_TIME_S:
             self.own_from_map = here @ as_pose(answer.pose).inverse()
 
     def _draw(self) -> None:

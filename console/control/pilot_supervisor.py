@@ -13,8 +13,8 @@ from core.sentences import Statement
 log = logging.getLogger(__name__)
 
 MAX_RESTARTS = 3  # of the pilot
-RESTART_WINDOW = 60.0  # [s] within which that many are the most
-RESTART_PAUSE = 1.0  # [s]
+RESTART_WINDOW_S = 60.0  # within which that many are the most
+RESTART_PAUSE_S = 1.0
 EARLY_FAILURE_S = 5.0  # of work with a calibration within which a failure is blamed on it
 
 
@@ -85,7 +85,7 @@ class PilotSupervisor:
             )
         else:
             self._failures.append(now)
-            if len(self._failures) > MAX_RESTARTS and now - self._failures[0] < RESTART_WINDOW:
+            if len(self._failures) > MAX_RESTARTS and now - self._failures[0] < RESTART_WINDOW_S:
                 self.failure = (
                     f"The pilot failed {MAX_RESTARTS + 1} times in a minute and stays off. Restart the console."
                 )
@@ -103,6 +103,6 @@ class PilotSupervisor:
             await asyncio.to_thread(self.thread.close)
 
     async def _start_again(self) -> None:
-        await asyncio.sleep(RESTART_PAUSE)
+        await asyncio.sleep(RESTART_PAUSE_S)
         if not self._over:
             self.start()

@@ -25,7 +25,7 @@ from core.snapshot import Ending
 
 MAX_RECORDED_STOPS = 3  # stops and halts of one person a second that are written down; all of them act
 MAX_PEOPLE = 1000  # whose stops are counted
-SAME_PRESS = 2.0  # [s] within which a press of STOP comes by its second way, and is not written down again
+SAME_PRESS_S = 2.0  # within which a press of STOP comes by its second way, and is not written down again
 MAX_LATCHING_S = 0.2  # that the gate may take to latch a halt before the console does
 LOOK_PERIOD_S = 0.002
 CAUSE = "halt"  # of the notices about a halt: the newest replaces the others
@@ -113,7 +113,7 @@ class StopController:
 
     def _is_recorded(self, who: Person, press: int) -> bool:
         now = time.monotonic()
-        known = any((of, one) == (who.id, press) and now - at < SAME_PRESS for of, one, at in self._presses)
+        known = any((of, one) == (who.id, press) and now - at < SAME_PRESS_S for of, one, at in self._presses)
         if press:
             self._presses.append((who.id, press, now))
         if known:

@@ -24,7 +24,7 @@ SPEECH, SOURCE = "speech.txt", "source.txt"
 MAX_WORDS_AGE_S = 2.0  # after which words that were written are those of another situation
 MAX_SENTENCE_BYTES = 2000  # bytes of a sentence
 MAX_DIRECTION_SD_RAD = math.radians(45)  # of a direction's standard deviation
-UNTOLD_SD = math.radians(10)  # of a direction that comes without one
+DEFAULT_BEARING_SD_RAD = math.radians(10)  # of a direction that comes without one
 LEAST_SD = 0.1  # [degrees] that are written
 RENEWAL_S = 1.0  # between two signs of life: *follow wall* and *follow me* end without them
 
@@ -85,7 +85,7 @@ class TextFileReader:
                 f"{SOURCE} is not of now, its date is {abs(age):.0f} s off. Write it together with {SPEECH}."
             )
         try:
-            azimuth, sd = [math.radians(float(word)) for word in words] + [UNTOLD_SD] * (len(words) == 1)
+            azimuth, sd = [math.radians(float(word)) for word in words] + [DEFAULT_BEARING_SD_RAD] * (len(words) == 1)
         except ValueError:
             azimuth = sd = math.nan
         if not (abs(azimuth) <= math.tau and 0.0 < sd <= MAX_DIRECTION_SD_RAD):

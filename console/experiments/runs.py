@@ -92,7 +92,7 @@ class Catalogue:
 
 # One experiment in processes of its own: the command line itself, so that the files are the same.
 
-MOST_RESULT = 2**24  # [bytes] of JSON
+MAX_RESULT_BYTES = 2**24  # of JSON
 MAX_LINE_BYTES = 2**16  # [bytes] of a line that it says
 COUNTED = re.compile(r"(\d+) of (\d+)")
 BROKE = "The experiment broke off; the log says more."
@@ -135,7 +135,7 @@ class ExperimentProcess:
         parts = bytearray()
         while part := await self._child.stdout.read(2**18):
             parts += part
-            if len(parts) > MOST_RESULT:
+            if len(parts) > MAX_RESULT_BYTES:
                 raise Unavailable("The experiment's result is too large to be kept.")
         return bytes(parts)
 

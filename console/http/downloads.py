@@ -9,7 +9,7 @@ from urllib.parse import quote
 from fastapi import Response
 from fastapi.responses import StreamingResponse
 
-PIECE = 2**18  # [bytes] of a long file on its way
+PIECE_BYTES = 2**18  # of a long file on its way
 
 
 def file_named(content: bytes, name: str, kind: str) -> Response:
@@ -32,5 +32,5 @@ def named(name: str) -> dict[str, str]:
 def pieces(file: IO[bytes]) -> Iterator[bytes]:
     """A file piece by piece, in threads; it is closed at the end."""
     with file:
-        while piece := file.read(PIECE):
+        while piece := file.read(PIECE_BYTES):
             yield piece

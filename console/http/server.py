@@ -16,10 +16,10 @@ import uvicorn
 from starlette.types import ASGIApp
 
 from console.http.connection_limits import MAX_CONNECTIONS, ConnectionLimits
-from console.http.timeouts import HEADER_TIME, ServerConfig, TimeoutHttp, TimeoutSocket
+from console.http.timeouts import HEADER_TIME_S, ServerConfig, TimeoutHttp, TimeoutSocket
 from core.errors import Unavailable
 
-SOCKET_MESSAGE = 16384  # [bytes] at most in one message: the longest sentence takes 12,000
+SOCKET_MESSAGE_BYTES = 16384  # at most in one message: the longest sentence takes 12,000
 ACCEPTED_AT_ONCE = 16  # connections: each is read before a crowd of strangers behind it can push it out again
 MAX_WAITING_CONNECTIONS = 1024  # that wait to be accepted; beyond, a client tries again after a whole second
 PING_PERIOD_S = 5.0  # between pings, and for an answer to one
@@ -49,7 +49,7 @@ class Server(uvicorn.Server):
         """Listening; now the address can be shown."""
         loop: Any = asyncio.get_running_loop()
         if self.config.ssl is not None:  # uvicorn hands no such bound on
-            loop.create_server = partial(loop.create_server, ssl_handshake_timeout=HEADER_TIME)
+            loop.create_server = partial(loop.create_server, ssl_handshake_timeout=HEADER_TIME_S)
         await super().startup(sockets)
         for listener in (each for server in self.servers for each in server.sockets):
             with socket.socket(fileno=os.dup(listener.fileno())) as own:
@@ -100,7 +100,7 @@ def configured(
         http=TimeoutHttp,
         ws=TimeoutSocket,
         ws_per_message_deflate=False,
-        ws_max_size=SOCKET_MESSAGE,
+        ws_max_size=SOCKET_MESSAGE_BYTES,
         backlog=ACCEPTED_AT_ONCE,
         ws_ping_interval=PING_PERIOD_S,
         ws_ping_timeout=PING_PERIOD_S,

@@ -20,12 +20,12 @@ from console.http.connection_limits import ConnectionLimits
 from console.http.incremental_parsing import PIECE_BYTES, IncrementalProtocol
 from console.http.rate_counter import RateCounter
 
-HEADER_TIME = 10.0  # [s] for the whole head of a request
-REST_TIME = 2.0  # [s] to finish sending a body that was answered already
+HEADER_TIME_S = 10.0  # for the whole head of a request
+REST_TIME_S = 2.0  # to finish sending a body that was answered already
 PARTING_S = 1.0  # for the last bytes of a socket that is over
 SHORT_BODY_BYTES = 65536  # of a body that is read to its end though it was answered already
 MOST_PINGS = 20  # a second on one socket; browsers send none, programs one in some seconds
-PLAIN_PIECE = 4096  # [bytes] of a body parsed at once: what follows it in the same blow may be costly
+PLAIN_PIECE_BYTES = 4096  # of a body parsed at once: what follows it in the same blow may be costly
 MAX_UNSENT_BYTES = 65536  # that may wait in the kernel for one viewer: beyond, newer pictures replace older ones
 
 
@@ -67,7 +67,7 @@ class TimeoutHttp(IncrementalProtocol, H11Protocol):
         H11Protocol.connection_made(self, transport)  # type: ignore[arg-type]
         self.flow = ResumingFlowControl(self.transport, self.go_on_soon)
         send_at_once(transport)
-        self._expect("head", HEADER_TIME)
+        self._expect("head", HEADER_TIME_S)
         self._crowd.enter(self, address_of(self.client))
 
     @property
@@ -93,7 +93,7 @@ class TimeoutHttp(IncrementalProtocol, H11Protocol):
     def piece(self) -> int:
         """More of a body of known length: it has no structure that takes time."""
         plain = self.conn.their_state is h11.SEND_BODY and self._length is not None
-        return PLAIN_PIECE if plain else PIECE_BYTES
+        return PLAIN_PIECE_BYTES if plain else PIECE_BYTES
 
     @property
     def _length(self) -> int | None:
@@ -115,7 +115,7 @@ class TimeoutHttp(IncrementalProtocol, H11Protocol):
         if self.transport.is_closing():
             self._cancel_deadline()
         elif self.conn.their_state is h11.IDLE:
-            self._expect("head", HEADER_TIME)
+            self._expect("head", HEADER_TIME_S)
         elif self._due == "head" or self.conn.their_state is not h11.SEND_BODY:
             self._cancel_deadline()
 
@@ -123,7 +123,7 @@ class TimeoutHttp(IncrementalProtocol, H11Protocol):
         """Answered; the peer may still be sending."""
         super().on_response_complete()
         if self.conn.their_state is h11.SEND_BODY and not self.transport.is_closing():
-            self._expect("rest", REST_TIME)
+            self._expect("rest", REST_TIME_S)
             if not self._short:
                 self.forget()
                 self.transport.resume_reading()

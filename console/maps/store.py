@@ -27,7 +27,7 @@ log = logging.getLogger(__name__)
 
 FORM_VERSION = 1
 CARD = "card.json"
-LARGEST_CARD = 65536  # [bytes]
+MAX_CARD_BYTES = 65536
 MAX_NAME_LETTERS = 40  # letters of a name
 NAME = re.compile(r"\w(?:[\w \-]*\w)?")
 MEMBER = re.compile(r"(?:[\w-]+/)?[\w-]+\.\w+")  # a file of a packed map
@@ -218,7 +218,7 @@ class MapStore:
             if path.parent.name.startswith(ASIDE):
                 continue
             try:
-                if path.stat().st_size > LARGEST_CARD:
+                if path.stat().st_size > MAX_CARD_BYTES:
                     raise ValueError("too large")
                 raw = path.read_bytes()
                 card = msgspec.json.decode(raw, type=MapInfo)

@@ -9,7 +9,7 @@ Struct = msgspec.Struct
 
 AUDIO_HEADER = struct.Struct("<B3xId")  # kind 2, number of the piece, milliseconds of the browser's clock
 AUDIO_KIND = 2
-AUDIO_RATE = 16_000  # [Hz]
+AUDIO_RATE_HZ = 16_000
 MOST_BYTES = 8192  # of one message
 
 ListenMode = Literal["held", "open"]

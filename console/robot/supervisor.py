@@ -73,9 +73,9 @@ class Restarts:
 log = logging.getLogger(__name__)
 
 LOOK_PERIOD_S = 0.05  # between looks after the processes
-GATE_FROZEN = 1.0  # [s] without a word of the gate, then it is replaced
-GATE_STARTING = 5.0  # [s] that a new gate may take to say its first
-DRIVER_FROZEN = 10.0  # [s] without a frame, then the driver is replaced
+GATE_FROZEN_S = 1.0  # without a word of the gate, then it is replaced
+GATE_STARTING_S = 5.0  # that a new gate may take to say its first
+DRIVER_FROZEN_S = 10.0  # without a frame, then the driver is replaced
 AWAKENING_S = 2.0  # after a sleep of the machine in which a death is nobody's fault
 STALE_AGE_S, LOST_AGE_S = 0.5, 3.0  # [s], age of the newest frame
 SIMULATED_PATIENCE = 6.0  # times as long a simulated robot and its gate may keep silent: its time waits for others
@@ -330,7 +330,7 @@ class RobotSupervisor:
         if slept:
             self._insist("stop")
             self.alarm(Statement("robot.machine_slept", seconds=f"{slept:.0f}"))
-        if slept or now - waited_from > 0.5 * GATE_FROZEN:
+        if slept or now - waited_from > 0.5 * GATE_FROZEN_S:
             self._woke_at = now
         for descriptor, _ in events:
             hear[descriptor]()
@@ -364,14 +364,14 @@ class RobotSupervisor:
     def _look_after(self, now: float) -> None:
         """Replace frozen or ended processes. A console that was frozen itself does not judge others by that time."""
         if (gate := self._gate) is not None:
-            patience = self._patience * GATE_FROZEN if gate.started else GATE_STARTING
+            patience = self._patience * GATE_FROZEN_S if gate.started else GATE_STARTING_S
             if now - max(gate.heard, self._woke_at) > patience:
                 self._bury("The gate did not answer any more.", driver=False)
         frame_at = self._frame_at
         if (
             self._driver is not None
             and frame_at is not None
-            and now - max(frame_at, self._woke_at) > self._patience * DRIVER_FROZEN
+            and now - max(frame_at, self._woke_at) > self._patience * DRIVER_FROZEN_S
         ):
             self._bury("The robot's driver did not answer any more.", driver=True)
         if self._gate is None and self._restarts.due(now):

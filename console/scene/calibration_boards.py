@@ -11,7 +11,7 @@ from console.scene.viser_host.mount import close_viser, open_viser
 from core.calibration.board.board import Board
 from core.message import Array
 
-CAMERA_SIZE = 0.06  # [m] of its drawn pyramid
+CAMERA_SIZE_M = 0.06  # of its drawn pyramid
 AXES_LENGTH_M = 0.15
 ONLOOKER = ((-0.5, -0.35, -0.3), (0.0, 0.0, 0.35))  # [m] where from and where to, in the camera's frame
 
@@ -27,7 +27,7 @@ def boards_html(boards: Sequence[Mapping[str, Any]], board: Board, fov: float, a
         scene = server.scene
         scene.set_up_direction((0.0, -1.0, 0.0))  # the camera's y looks down
         server.initial_camera.position, server.initial_camera.look_at = ONLOOKER
-        scene.add_camera_frustum("/camera", fov=fov, aspect=aspect, scale=CAMERA_SIZE, color=(110, 110, 110))
+        scene.add_camera_frustum("/camera", fov=fov, aspect=aspect, scale=CAMERA_SIZE_M, color=(110, 110, 110))
         scene.add_frame(
             "/camera/axes", axes_length=AXES_LENGTH_M, axes_radius=0.03 * AXES_LENGTH_M, origin_radius=0.0
         )

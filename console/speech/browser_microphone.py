@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from console.messages.audio import AUDIO_RATE, ListenMode
+from console.messages.audio import AUDIO_RATE_HZ, ListenMode
 from console.part import Part
 from console.speech.transcription_client import TranscriptionClient
 from console.workers.tasks import HeldTasks, end
@@ -28,7 +28,7 @@ from core.speech.understanding.place_names import place_phrases
 log = logging.getLogger(__name__)
 
 MICROPHONE_PIECE_S = 0.1  # of sound that go to the worker at once
-MOST_WAITING = 15.0  # [s] of sound that may wait for it: it may just be starting
+MAX_WAITING_S = 15.0  # of sound that may wait for it: it may just be starting
 MAX_CLOCK_JUMP_S = 0.1  # by which the browser's clock may be off before the sound counts as interrupted
 MAX_IDLE_S = 120.0  # after which a worker that nobody needs is ended
 TAKEN = Statement("speech.operator_speaks")
@@ -72,12 +72,12 @@ class TalkTurn:
         """Sound (N,) of full scale ±1, first at `stamp` [s] of the browser's clock."""
         if self.over:
             return
-        end = stamp + len(samples) / AUDIO_RATE
+        end = stamp + len(samples) / AUDIO_RATE_HZ
         self._lead = max(self._lead, end - time.monotonic() + self._on_its_way)
         self._on_its_way = 0.0
-        expected = None if self._start is None else self._start + self._samples / AUDIO_RATE
-        if expected is None or abs(stamp - expected) > MAX_CLOCK_JUMP_S or self.waiting > MOST_WAITING:
-            if self.waiting > MOST_WAITING:
+        expected = None if self._start is None else self._start + self._samples / AUDIO_RATE_HZ
+        if expected is None or abs(stamp - expected) > MAX_CLOCK_JUMP_S or self.waiting > MAX_WAITING_S:
+            if self.waiting > MAX_WAITING_S:
                 self.say(Statement("speech.too_slow"), True)
             self._waiting, self._samples, self._start = [], 0, stamp
         self._waiting.append(samples)
@@ -88,7 +88,7 @@ class TalkTurn:
     @property
     def waiting(self) -> float:
         """Sound [s] that waits for the worker."""
-        return self._samples / AUDIO_RATE
+        return self._samples / AUDIO_RATE_HZ
 
     def rest(self) -> None:
         """The button was let go."""
@@ -105,7 +105,7 @@ class TalkTurn:
         """All that waits: samples (N,), and the stamp [s] of the first."""
         samples = np.concatenate(self._waiting) if self._waiting else np.zeros(0)
         start = self._start or 0.0
-        self._waiting, self._samples, self._start = [], 0, start + len(samples) / AUDIO_RATE
+        self._waiting, self._samples, self._start = [], 0, start + len(samples) / AUDIO_RATE_HZ
         self.news.clear()
         return samples, start
 
@@ -184,7 +184,7 @@ class BrowserMicrophone(Part):
                 over = turn.over
                 samples, start = turn.take()
                 if len(samples):
-                    self._tell(turn, await self._worker.feed(samples, AUDIO_RATE, start))
+                    self._tell(turn, await self._worker.feed(samples, AUDIO_RATE_HZ, start))
                 if over:
                     self._tell(turn, await self._worker.finish())
                     return

@@ -17,7 +17,7 @@ from core.speech.synthesis import VoiceSettings, speak
 TAIL_S = 0.3  # after the last word: the room still sounds, and sound is on its way
 MAX_PLAY_DELAY_S = 1.0  # that a browser may take until it plays
 MAX_WAITING_S = 20.0  # that may be waiting to be said: nobody talks the robot deaf for longer
-MOST_MOVING = 6.0  # [s] the same while it moves: no spoken STOP is heard meanwhile
+MAX_WORDS_MOVING_S = 6.0  # the same while it moves: no spoken STOP is heard meanwhile
 
 
 class RobotVoice(Part):

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from console.messages.audio import AUDIO_RATE
+from console.messages.audio import AUDIO_RATE_HZ
 from console.speech.room_transcription import RoomTranscriber
 from console.speech.voice_commands import ROOM, VoiceCommands
 from core.errors import BeckonError, Refused
@@ -24,7 +24,7 @@ PIECE_BYTES = 4096  # of sound that are handed on at once, 0.13 s
 MAX_REQUEST_BYTES = 64_000  # of one request to the driver
 SILENCE = bytes(320)  # 10 ms: begins and ends a turn
 NOBODY = "Nobody stands in the simulated room in whose voice you could speak. Choose another voice at the microphone."
-HEARD_OUT = 2.0  # [s] of the room's sound after the words, robot's clock, with which they have been read
+HEARD_OUT_TIME_S = 2.0  # of the room's sound after the words, robot's clock, with which they have been read
 MAX_TURN_WORDS_S = 60.0  # after the button was released in which words are still this turn's, at most
 LOOK_PERIOD_S = 0.1  # between looks how far the room's sound is read
 
@@ -99,7 +99,7 @@ class RoomMouth:
                 sound, self._waiting = bytes(self._waiting[:MAX_REQUEST_BYTES]), self._waiting[MAX_REQUEST_BYTES:]
                 over = self.over and not self._waiting
                 said = await self._ask(
-                    requests.Speak(id=name, pcm=sound or SILENCE, rate_hz=AUDIO_RATE, more=not over)
+                    requests.Speak(id=name, pcm=sound or SILENCE, rate_hz=AUDIO_RATE_HZ, more=not over)
                 )
                 if over:
                     await self._read_out(self._transcriber.stamp + said.seconds)
@@ -112,7 +112,9 @@ class RoomMouth:
 
     async def _read_out(self, end: float) -> None:
         """Wait until the room's sound is read up to well after the words, which end at `end` [s], robot's clock."""
-        while self.awaits_words and self._transcriber.read_to < end + HEARD_OUT and not self._transcriber.trouble:
+        while (
+            self.awaits_words and self._transcriber.read_to < end + HEARD_OUT_TIME_S and not self._transcriber.trouble
+        ):
             await asyncio.sleep(LOOK_PERIOD_S)
         if self._ended > -math.inf:
             self._trouble("")

@@ -30,7 +30,7 @@ from core.sensors import SensorFrame, Sound
 from core.sensors.microphones import MicrophoneArray, joined, usable
 from core.snapshot import VOICE_AFTER, Snapshot, VoiceDirection, voice_between
 from core.speech.recognition.decision import RecognizedUtterance, Verdict
-from core.speech.settings import MOST_WAITING, PIECE_S, SpeechSettings
+from core.speech.settings import MAX_WAITING_S, PIECE_S, SpeechSettings
 from core.speech.transcription.piece_length import PieceLength
 
 log = logging.getLogger(__name__)
@@ -39,7 +39,7 @@ MOST_LOSSES = 3  # of the worker, one after the other
 MAX_REMEMBERED_UTTERANCES = 50  # utterances
 OFFER_TIME_S = 15.0  # that commands are offered that rejected words most likely were
 CREEP_SPEED = 0.01  # [m/s], [rad/s] up to which the robot's own motors are not heard
-MAY_WAIT = 0.5  # [s] of sound that may wait unread before a simulated robot's clock waits for it
+MAX_UNREAD_S = 0.5  # of sound that may wait unread before a simulated robot's clock waits for it
 SoundSource = Callable[[SensorFrame], tuple[Sound | None, MicrophoneArray | None]]
 
 
@@ -134,7 +134,7 @@ class RoomTranscriber(Part):
         except BeckonError as misfit:
             self._give_up(str(misfit))
             return
-        self._waiting = joined(self._waiting, one, MOST_WAITING)
+        self._waiting = joined(self._waiting, one, MAX_WAITING_S)
         if self._task is None and self._waiting is not None and self._waiting.duration >= self._piece.seconds:
             self._task = asyncio.get_running_loop().create_task(self._read())
         self._tell_behind()
@@ -150,7 +150,7 @@ class RoomTranscriber(Part):
         oldest = self._reading
         if oldest is None and self._task is not None and self._waiting is not None:
             oldest = self._waiting.stamp
-        behind = None if oldest is None else oldest + MAY_WAIT
+        behind = None if oldest is None else oldest + MAX_UNREAD_S
         if behind != self._kept_up:
             self._kept_up = behind
             self.keep_up(behind)

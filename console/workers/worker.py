@@ -29,7 +29,7 @@ log = logging.getLogger(__name__)
 START_TIMEOUT_S = 90.0  # until a worker has to be ready, on a busy computer too
 END_TIMEOUT_S = 1.0  # that a worker whose pipe is closed may take to end by itself
 CLOCK_BUDGET_RATIO = 4.0  # times its processor time that a job may take by the clock
-MOST_ANSWER = 2**26  # [bytes] of one answer
+MAX_ANSWER_BYTES = 2**26  # of one answer
 READY = msgspec.msgpack.Decoder(JobResult[None])  # what a worker says first
 
 
@@ -126,7 +126,7 @@ class Worker:
                 writer.write(raw)
                 await writer.drain()
                 length = LENGTH.unpack(await reader.readexactly(LENGTH.size))[0]
-                if length > MOST_ANSWER:
+                if length > MAX_ANSWER_BYTES:
                     raise WorkerLost("The worker process talks nonsense; it is started again.")
                 return decoder.decode(await reader.readexactly(length))
         except TimeoutError:  # by the clock: its processor time has a limit of its own

@@ -19,7 +19,7 @@ from core.perception.people.voice_bearing import VoiceBearing
 
 Target = Literal["none", "place", "person"]
 MIN_CONFIRMED_DISTANCE_M = 2.0  # from which a distance is confirmed
-ARC_STEP = 0.1  # [rad] at most between two points of an arc
+ARC_STEP_RAD = 0.1  # at most between two points of an arc
 NOWHERE = np.zeros((0, 2))
 
 
@@ -82,7 +82,7 @@ class CommandPreview:
     @classmethod
     def turn(cls, pose: Pose, angle: float, radius: float) -> CommandPreview:
         """A turn by `angle` [rad] on the spot, drawn as an arc of `radius` [m]."""
-        angles = pose.heading + np.linspace(0.0, angle, max(2, math.ceil(abs(angle) / ARC_STEP) + 1))
+        angles = pose.heading + np.linspace(0.0, angle, max(2, math.ceil(abs(angle) / ARC_STEP_RAD) + 1))
         path = np.column_stack((pose.x + radius * np.cos(angles), pose.y + radius * np.sin(angles)))
         return cls(path=path, heading=math.remainder(pose.heading + angle, math.tau))
 

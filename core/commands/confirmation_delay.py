@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Self
 
-OBEYED_WITHIN = 2.0  # [s] after their end at which a spoken command may still start
+MAX_OBEYED_AGE_S = 2.0  # after their end at which a spoken command may still start
 CONFIRMATION_DELAY_S = 2.0
 RECOGNITION_TIME_S = 1.2  # after a person spoke, in which their STOP can have been recognised
 MAX_POSTPONED_S = 4.0  # by which a room that never falls silent postpones a command

@@ -22,10 +22,10 @@ QUESTION_PERIOD_S = 0.18  # between two questions: five a second are enough
 MAX_ANSWER_S = 2.0  # after which an answer is expected no more
 MAX_HIDDEN_S = 1.0  # without a sight after which the person is hidden
 FORGET_PERSON_S = 3.0  # without a sight after which anybody who calls is looked for again
-LOOK_FOR = 15.0  # [s] until it gives up
+SEARCH_TIME_S = 15.0  # until it gives up
 MAX_START_S = 60.0  # that a worker with networks may take to start
 SHOW_FOUND_S = 15.0  # for which COME HERE shows whom it found
-NEAR_SD = 0.1  # [rad] within which someone who was found is looked for again
+NEAR_SD_RAD = 0.1  # within which someone who was found is looked for again
 DISTANCE_SD = 0.15  # share of a distance that only the picture gives
 
 
@@ -102,7 +102,7 @@ class DryRun:
         if call is not None and not _in_view(ctx, call):
             would = _would(wrap(call.azimuth - ctx.pose.heading), 0.0)
             return Progress(remark=f"Dry run: {heard}; I would {would} and look who spoke.")
-        patience = LOOK_FOR if self._answered else MAX_START_S
+        patience = SEARCH_TIME_S if self._answered else MAX_START_S
         if ctx.stamp - self._began > patience and self._found_first is None:
             raise Refused(f"Dry run: {self._missed(ctx, heard)}")
         looks = f"{heard} and look who spoke" if heard else "I know of no direction and look for anybody"
@@ -139,10 +139,10 @@ def _towards(
 ) -> tuple[float | None, float]:
     """Return the direction in which to look: the bearing [rad, robot frame] and its sd; None: anywhere."""
     if person is not None and person.camera is not None:
-        return wrap(person.camera.azimuth - ctx.pose.heading), NEAR_SD
+        return wrap(person.camera.azimuth - ctx.pose.heading), NEAR_SD_RAD
     if call is not None:
         return wrap(call.azimuth - ctx.pose.heading), math.hypot(call.sd, 0.02)
-    return None, NEAR_SD
+    return None, NEAR_SD_RAD
 
 
 def _in_view(ctx: ControlContext, call: VoiceBearing) -> bool:

@@ -21,7 +21,7 @@ from core.perception.people.voice_bearing import VoiceBearing, from_side, likeli
 from core.sentences import Statement
 
 HEADING_TOLERANCE_RAD = 0.06  # within which the robot looks at the voice
-BY_CHANCE = 0.2  # [rad] within which it need not turn
+CHANCE_TURN_RAD = 0.2  # within which it need not turn
 SETTLING_S = 0.15  # at rest before pictures count
 RIVAL_STRENGTH_SHARE = 0.4  # of a voice's strength, from which another one may be the caller's as well
 MIN_LOOKS = 3  # pictures that have to be judged before nobody is there
@@ -71,7 +71,7 @@ class TurnToVoice:
     def _next(self, number: int, ctx: ControlContext) -> None:
         self._number, self.call = number, self._calls[number]
         self._track = PersonTrack(ctx.people, ctx.tracking, ctx.who, ctx.look)
-        self._facing = abs(self._error(ctx)) < BY_CHANCE
+        self._facing = abs(self._error(ctx)) < CHANCE_TURN_RAD
         self._arrival = Arrival(HEADING_TOLERANCE_RAD, ctx.steering)
         self._headway = StallDetector(0.05, ctx.steering.stalled_after)
         self._since = ctx.stamp

@@ -62,7 +62,7 @@ PICTURE_COLUMNS = 5
 BOARDS_PX = (1100, 780)
 ELEVATION_DEG, AZIMUTH_DEG = 22.0, -38.0  # [deg] of the onlooker: behind, above and to the right of the camera
 PYRAMID_M = 0.1  # from the camera to the base of its drawn pyramid
-AXES_LENGTH = 0.16  # [m]
+AXES_LENGTH_M = 0.16
 AXES_COLOURS = {"x": "#c02828", "y": "#288c28", "z": "#2850c8"}
 
 
@@ -308,7 +308,7 @@ def _draw_camera(axes: Any, model: CameraModel) -> None:
     base = np.array([[x * half[0], y * half[1], PYRAMID_M] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
     for corner, following in zip(base, np.roll(base, -1, axis=0), strict=True):
         axes.plot(*_plotted(np.stack((np.zeros(3), corner, following))).T, color=TEXT, linewidth=1)
-    for axis, (name, colour) in zip(AXES_LENGTH * np.eye(3), AXES_COLOURS.items(), strict=True):
+    for axis, (name, colour) in zip(AXES_LENGTH_M * np.eye(3), AXES_COLOURS.items(), strict=True):
         axes.plot(*_plotted(np.stack((np.zeros(3), axis))).T, color=colour, linewidth=2)
         axes.text(*_plotted(1.15 * axis), name, color=colour, fontsize=11, fontweight="bold")
 

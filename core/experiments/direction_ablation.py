@@ -25,7 +25,7 @@ from core.experiments.direction_of_arrival import (
 )
 from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
-from core.experiments.talk_in_rooms import PRE_ROLL
+from core.experiments.talk_in_rooms import PRE_ROLL_S
 from core.perception.sound.doa_stream import DoaStream
 from core.perception.sound.locate import direction_of
 from core.perception.sound.settings import DirectionFindingSettings
@@ -57,8 +57,8 @@ class AblationResult(ExperimentResult):
 def ours_without_mask(sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings) -> DirectionEstimate:
     """The default in which every cell of the speech counts alike, and no noise is taken away."""
     seen = spectra(array.heard(sound), sound.rate, settings)
-    noise = noise_of(seen, quiet_frames(seen, settings, PRE_ROLL), settings)
-    speech = np.ones((len(seen.frequencies), 1)) * (seen.times > PRE_ROLL)
+    noise = noise_of(seen, quiet_frames(seen, settings, PRE_ROLL_S), settings)
+    speech = np.ones((len(seen.frequencies), 1)) * (seen.times > PRE_ROLL_S)
     found = direction_of(seen, speech, replace(noise, cross=0 * noise.cross), array, 0.0, settings)
     return DirectionEstimate(azimuth=None if found is None else found.azimuth)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, as_csv, grouped, stored
-from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ, AcousticScene, make_scene
+from core.experiments.talk_in_rooms import PRE_ROLL_S, RATE_HZ, AcousticScene, make_scene
 from core.geometry import wrap
 from core.message import Array, message
 from core.perception.sound.locate import locate, sure
@@ -30,7 +30,7 @@ NOISES = (("diffuse", 20.0), ("diffuse", 10.0), ("diffuse", 0.0), ("fan", 10.0),
 SPEECH_S = 2.0  # of every utterance
 FIRST_REPORT_S = 0.35  # of speech after which the robot reports a direction
 MISLEADING_RAD = math.radians(10)  # beyond, a direction misleads
-LOST = math.pi / 2  # [rad] the mean error of a guess; counted where nothing was found
+LOST_ERROR_RAD = math.pi / 2  # the mean error of a guess; counted where nothing was found
 DEFAULT = DirectionFindingSettings()
 
 ABOUT = About(
@@ -67,7 +67,7 @@ Estimator = Callable[[Sound, MicrophoneArray], DirectionEstimate]
 
 def ours(sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings = DEFAULT) -> DirectionEstimate:
     """The default."""
-    found = locate(sound, array, speech_from=PRE_ROLL, settings=settings)
+    found = locate(sound, array, speech_from=PRE_ROLL_S, settings=settings)
     if found is None:
         return DirectionEstimate(azimuth=None, declared=False)
     return DirectionEstimate(azimuth=found.azimuth, sd=found.azimuth_sd, declared=sure(found, settings))
@@ -77,7 +77,7 @@ def ours_at_once(
     sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings = DEFAULT
 ) -> DirectionEstimate:
     """The default, with the first 0.35 s of speech only."""
-    return ours(sound.part(0.0, PRE_ROLL + FIRST_REPORT_S), array, settings)
+    return ours(sound.part(0.0, PRE_ROLL_S + FIRST_REPORT_S), array, settings)
 
 
 def ours_alone(
@@ -90,7 +90,7 @@ def ours_alone(
 
 def printed(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
     """The paper's way."""
-    return DirectionEstimate(azimuth=locate_as_printed(sound, array, PRE_ROLL).azimuth)
+    return DirectionEstimate(azimuth=locate_as_printed(sound, array, PRE_ROLL_S).azimuth)
 
 
 def printed_alone(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
@@ -137,7 +137,7 @@ def trials(
                 began = time.process_time()
                 said = answer(sound, array)
                 took = (time.process_time() - began) / sound.duration
-                error = LOST if said.azimuth is None else abs(wrap(said.azimuth - truth))
+                error = LOST_ERROR_RAD if said.azimuth is None else abs(wrap(said.azimuth - truth))
                 done.append(
                     DirectionTrial(
                         estimator=estimator,

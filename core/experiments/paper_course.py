@@ -46,8 +46,8 @@ LANDMARKS = (
 )  # [m]
 GOALS = ((1.2, 0.2), (1.8, 0.9), (2.6, 0.9), (3.4, 0.2))  # [m]
 GOAL_RADIUS_M = 0.05  # from a goal, the next one is steered for
-MOST_STEER = math.radians(30)
-STEER_RATE = math.radians(80)  # [rad/s]
+MAX_STEER_RAD = math.radians(30)
+STEER_RATE_RAD_S = math.radians(80)
 ROOM_MARGINS_M = (1.0, 3.5)  # least and most between the drive and a wall of a drawn room
 PILLAR_DEPTHS_M = (0.2, 0.6)  # least and most of a wall's edge into a drawn room
 Field = Literal["laser", "half-plane", "camera"]
@@ -114,8 +114,8 @@ def paper_course(wheelbase: float, step: float, cruise: float) -> Course:
             goal += 1
         towards = math.atan2(GOALS[goal][1] - y, GOALS[goal][0] - x)
         change = wrap(towards - heading - steer)
-        steer += min(max(change, -STEER_RATE * step), STEER_RATE * step)
-        steer = min(max(steer, -MOST_STEER), MOST_STEER)
+        steer += min(max(change, -STEER_RATE_RAD_S * step), STEER_RATE_RAD_S * step)
+        steer = min(max(steer, -MAX_STEER_RAD), MAX_STEER_RAD)
         moved = steered(cruise, steer, step, motion).pose
         c, s = math.cos(heading), math.sin(heading)
         x, y = x + c * moved.x - s * moved.y, y + s * moved.x + c * moved.y

@@ -30,7 +30,7 @@ from core.experiments.direction_of_arrival import ARRAYS
 from core.experiments.paper_course import Draws, Run, mapped
 from core.experiments.plan import About, ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult, stored
-from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ, make_scene
+from core.experiments.talk_in_rooms import PRE_ROLL_S, RATE_HZ, make_scene
 from core.experiments.workers import Workers
 from core.message import Array
 from core.optics import TABLE_3
@@ -190,7 +190,7 @@ def sounds(seed: int) -> list[Sound]:
 
 def azimuth(sound: Sound) -> float | None:
     """The direction of a voice [rad]."""
-    found = locate(sound, ARRAYS["square"], speech_from=PRE_ROLL)
+    found = locate(sound, ARRAYS["square"], speech_from=PRE_ROLL_S)
     return None if found is None else found.azimuth
 
 

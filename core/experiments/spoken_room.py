@@ -14,7 +14,12 @@ import numpy as np
 
 from core.commands import spec_of
 from core.commands.command import Command
-from core.commands.confirmation_delay import CONFIRMATION_DELAY_S, MAX_POSTPONED_S, OBEYED_WITHIN, ConfirmationDelay
+from core.commands.confirmation_delay import (
+    CONFIRMATION_DELAY_S,
+    MAX_OBEYED_AGE_S,
+    MAX_POSTPONED_S,
+    ConfirmationDelay,
+)
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import BadInput, Refused
 from core.experiments.rehearsal import Rehearsal
@@ -31,7 +36,7 @@ from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import open_engine
 from core.speech.recognition.recognizer import Recognizer, StreamingRecognizer
-from core.speech.settings import MOST_WAITING, RATE_HZ
+from core.speech.settings import MAX_WAITING_S, RATE_HZ
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from core.speech.synthesis import pcm as pcm_of
 from core.speech.transcription.array_transcriber import ArrayTranscriber
@@ -55,7 +60,7 @@ class TimedListening:
     def keep(self, frame: SensorFrame) -> None:
         """The sound of one frame; ears are never shut."""
         if frame.sound is not None:
-            self._waiting = joined(self._waiting, frame.sound, MOST_WAITING)
+            self._waiting = joined(self._waiting, frame.sound, MAX_WAITING_S)
 
     def begin(self) -> None:
         """Listen from now on; what was heard long before is forgotten."""
@@ -219,7 +224,7 @@ class SpokenRoom:
                 continue
             call = call_of(voices, said.begin, said.end)
             decision, command, now = said.decision, said.decision.command, self.robot.snapshot.stamp
-            if not decision.stops and now - said.end > OBEYED_WITHIN:
+            if not decision.stops and now - said.end > MAX_OBEYED_AGE_S:
                 why = f"understood {now - said.end:.1f} s after it was said"
                 continue
             right = (command.name, command.numbers) == (intended.name, intended.numbers)

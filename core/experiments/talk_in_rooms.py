@@ -17,8 +17,8 @@ from core.simulation.acoustics.shoebox import (
 )
 
 RATE_HZ = 16_000
-PRE_ROLL = 0.5  # [s] of noise before the first word
-FAN_APART = math.radians(25)  # a fan stands at least this far from the talker
+PRE_ROLL_S = 0.5  # of noise before the first word
+FAN_APART_RAD = math.radians(25)  # a fan stands at least this far from the talker
 
 
 @message
@@ -37,7 +37,7 @@ class AcousticScene:
         own = self.columns[array]
         other = self.diffuse if noise == "diffuse" else self.fan
         samples = self.voice[:, own] + 10 ** (-ratio / 20) * other[:, own]
-        end = min(len(samples), int((PRE_ROLL + min(speech, 1e3)) * RATE_HZ))
+        end = min(len(samples), int((PRE_ROLL_S + min(speech, 1e3)) * RATE_HZ))
         return Sound(stamp=0.0, rate=RATE_HZ, samples=0.05 * samples[:end])
 
 
@@ -53,16 +53,16 @@ def make_scene(
     places = np.vstack(
         [one.positions + rng.normal(scale=one.position_sd, size=one.positions.shape) for one in arrays]
     )
-    dry = np.concatenate((np.zeros(int(PRE_ROLL * RATE_HZ)), voice))
+    dry = np.concatenate((np.zeros(int(PRE_ROLL_S * RATE_HZ)), voice))
     responses = impulse_responses(room, mouth, centre + places, RATE_HZ, rng)
     towards = (mouth - centre) / np.linalg.norm(mouth - centre)
-    azimuth = math.atan2(towards[1], towards[0]) + rng.uniform(FAN_APART, 2 * math.pi - FAN_APART)
+    azimuth = math.atan2(towards[1], towards[0]) + rng.uniform(FAN_APART_RAD, 2 * math.pi - FAN_APART_RAD)
     blowing = np.array([[math.cos(azimuth), math.sin(azimuth), 0.0]])
     ends = np.cumsum([len(one.positions) for one in arrays])
     return AcousticScene(
         rt60=rt60,
         towards=towards,
-        voice=_power_one(heard(dry, responses), int(PRE_ROLL * RATE_HZ)),
+        voice=_power_one(heard(dry, responses), int(PRE_ROLL_S * RATE_HZ)),
         diffuse=_power_one(diffuse_noise(rng, places, len(dry), RATE_HZ), 0),
         fan=_power_one(plane_waves(pink_noise(rng, 1, len(dry), RATE_HZ), blowing, places, RATE_HZ), 0),
         columns=tuple(slice(end - len(one.positions), end) for one, end in zip(arrays, ends.tolist(), strict=True)),

@@ -12,9 +12,9 @@ HORIZON_M = 1.5  # up to which points are given; farther away, nothing is known 
 REACTION_S = 0.2  # from a point's appearance to slower wheels: a turn of the laser, its way here, a tick …
 ON_THE_WAY_S = 0.1  # [s] … of which its way here, at least; a scan that is older adds what it is older by
 TOUCH_M = 0.005  # around the body that count as touching
-GRAZE_SPEED = 0.1  # [m/s] past something that is within the margin at the side
+GRAZE_SPEED_M_S = 0.1  # past something that is within the margin at the side
 CRAWL_SPEED_M_S = 0.01  # under which it is better to stand
-BACKING_SPEED = 0.1  # [m/s] backwards, where the laser does not see
+BACKING_SPEED_M_S = 0.1  # backwards, where the laser does not see
 POINT_MEMORY_S = 10.0  # that a point counts which the laser has turned its back on
 MAX_REMEMBERED_POINTS = 150  # points that count though the laser has turned its back on them
 
@@ -49,7 +49,7 @@ class ObstacleGuard:
     @property
     def backing_speed(self) -> float:
         """The most [m/s] that is good backwards: little where nothing looks that way."""
-        return BACKING_SPEED if self._field < math.pi else math.inf
+        return BACKING_SPEED_M_S if self._field < math.pi else math.inf
 
     def see(self, points: Sequence[Sequence[float]], field: float = math.pi, age: float = 0.0) -> None:
         """New near points (x, y) [m], robot frame, `age` [s] old, by a laser that looks `field` [rad] to either side.
@@ -115,7 +115,7 @@ class ObstacleGuard:
                 continue
             speed = self._stoppable(way)
             if miss > self._limits.radius + TOUCH_M:
-                speed = max(speed, GRAZE_SPEED)
+                speed = max(speed, GRAZE_SPEED_M_S)
             if speed < allowed:
                 allowed, nearest = speed, point
         return allowed, nearest

@@ -40,7 +40,7 @@ class Limits(Section):
     ] = 0.15
     radius: Annotated[float, Meta("m", 0.02, 1, "radius of the round body")] = 0.09
     margin: Annotated[float, Meta("m", 0.005, 0.3, "distance that the guard keeps around the body")] = 0.03
-    guard: Annotated[bool, Meta(meaning="false (a robot without a laser): slower, see `UNGUARDED_SPEED`")] = True
+    guard: Annotated[bool, Meta(meaning="false (a robot without a laser): 0.2 m/s at most")] = True
 
     @classmethod
     def of(cls, given: dict[str, object]) -> Self:
@@ -52,15 +52,15 @@ class Limits(Section):
         return cls(**given)  # type: ignore[arg-type]
 
 
-UNGUARDED_SPEED = 0.2  # [m/s], the most when nothing looks where the robot goes
-STOPPING_WAY = 0.5  # [m] within which a robot must stand whose operator sees late
+UNGUARDED_SPEED_M_S = 0.2  # the most when nothing looks where the robot goes
+STOPPING_WAY_M = 0.5  # within which a robot must stand whose operator sees late
 
 
 def speed_cap(limits: Limits, age: float) -> float:
     """The highest speed [m/s] for setpoints of `age` [s]: v·(age + 0.3) + v²/(2a) ≤ STOPPING_WAY."""
     reach = limits.max_acceleration * (age + 0.3)
-    cap = math.sqrt(reach * reach + 2 * limits.max_acceleration * STOPPING_WAY) - reach
-    return min(cap, limits.max_speed if limits.guard else min(limits.max_speed, UNGUARDED_SPEED))
+    cap = math.sqrt(reach * reach + 2 * limits.max_acceleration * STOPPING_WAY_M) - reach
+    return min(cap, limits.max_speed if limits.guard else min(limits.max_speed, UNGUARDED_SPEED_M_S))
 
 
 def is_number(value: object) -> TypeGuard[float]:

@@ -13,7 +13,7 @@ from core.message import Array, message
 from core.navigation.control_context import ControlContext
 from core.navigation.costmap import Costmap, survey
 from core.navigation.obstacle import free_space, obstacle_ahead, why_no_headway
-from core.navigation.planner import PERSON_RADIUS, PlannerSettings, is_free, plan, plan_beside
+from core.navigation.planner import PERSON_RADIUS_M, PlannerSettings, is_free, plan, plan_beside
 from core.navigation.steering import Arrival, Pursuit, StallDetector, Travel, spin
 from core.sentences import Statement
 
@@ -249,7 +249,7 @@ class GoalController:
         ends = np.array([(ctx.pose.x, ctx.pose.y), (self._aim.x, self._aim.y)])
         far = ctx.pose.distance_to(self._aim.x, self._aim.y)
         shares = np.linspace(
-            0.0, max(0.0, 1 - PERSON_RADIUS / max(far, 1e-6)), 2 + math.ceil(far / ctx.grid.resolution)
+            0.0, max(0.0, 1 - PERSON_RADIUS_M / max(far, 1e-6)), 2 + math.ceil(far / ctx.grid.resolution)
         )
         line = ends[0] + shares[:, None] * (ends[1] - ends[0])
         return bool((_terrain(ctx, ends).clearance_at(line) > 0).all())

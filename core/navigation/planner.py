@@ -44,7 +44,7 @@ class PlannerSettings(Section):
     reach: Annotated[float, Meta("m", 1, 20, "distance of a goal outside the known map, at most", common=True)] = 10.0
 
 
-PERSON_RADIUS = 0.35  # [m] around a place that a person there may take up
+PERSON_RADIUS_M = 0.35  # around a place that a person there may take up
 
 
 def plan(
@@ -94,7 +94,7 @@ def stands_around(terrain: Costmap, place: tuple[float, float], keep: float, roo
     for more in np.arange(0.0, wider + 1e-9, 0.1):
         stands = np.array(place) + (keep + more) * rays
         free = terrain.clearance_at(stands) >= room
-        shares = np.linspace(min(1.0, PERSON_RADIUS / (keep + more)), 1.0, 12)[None, :, None]
+        shares = np.linspace(min(1.0, PERSON_RADIUS_M / (keep + more)), 1.0, 12)[None, :, None]
         between = np.array(place) + (stands - place)[:, None] * shares
         seen = (terrain.clearance_at(between.reshape(-1, 2)) > 0).reshape(len(stands), -1).all(axis=1)
         if (free & seen).any():

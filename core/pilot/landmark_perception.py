@@ -26,11 +26,11 @@ from core.snapshot import CameraView
 
 NO_POINTS = np.zeros((0, 2))
 MAX_EDGE_AGE_S = 0.2  # for which edges may confirm corners, and points may be drawn on a picture
-AT_REST = 3.0  # [s] of standing after which one picture more tells nothing that thirty did not
-READ_AT_REST = 5.0  # [s] after which one scan more tells nothing that fifty did not: they draw the map of this place
-LOOK_AT_REST = 0.45  # [s] between the pictures that are looked at then while something changes in them
+REST_AFTER_STANDING_S = 3.0  # of standing after which one picture more tells nothing that thirty did not
+REST_AFTER_READING_S = 5.0  # after which one scan more tells nothing that fifty did not: they draw the map here
+REST_LOOK_PERIOD_S = 0.45  # between the pictures that are looked at then while something changes in them
 LOOK_WHEN_SLOW_S = 0.15  # [s] between the pictures that are looked at where the computer is too slow for all
-LIKE_BEFORE = 1.95  # [s] between the pictures and scans that are looked at then while nothing changes
+UNCHANGED_PERIOD_S = 1.95  # between the pictures and scans that are looked at then while nothing changes
 CELL_PX = 8  # of a picture's cells, whose brightness shows whether it has changed
 MIN_BRIGHTNESS_STEP = 6.0  # [grey levels] in a cell: twenty times what noise does to it
 MIN_RANGE_CHANGE_M = 0.1  # by which a beam differs, at least, where something has moved
@@ -117,9 +117,9 @@ class LandmarkPerception:
         age = image.stamp - self._edges_stamp
         if pace < 1 and 0 <= age < LOOK_WHEN_SLOW_S:
             return True
-        if image.stamp - self._moved_stamp <= AT_REST or not 0 <= age < LIKE_BEFORE:
+        if image.stamp - self._moved_stamp <= REST_AFTER_STANDING_S or not 0 <= age < UNCHANGED_PERIOD_S:
             return False
-        return age < LOOK_AT_REST or not self._has_changed(image)
+        return age < REST_LOOK_PERIOD_S or not self._has_changed(image)
 
     def _has_changed(self, image: Image) -> bool:
         small = _shrunk(image.pixels)
@@ -129,9 +129,9 @@ class LandmarkPerception:
     def _is_like_before(self, scan: Scan, stamp: float) -> bool:
         """True for most scans of a robot that stands in a room in which nothing moves."""
         last = self._scan
-        if last is None or stamp - self._moved_stamp <= READ_AT_REST or last.laser != scan.laser:
+        if last is None or stamp - self._moved_stamp <= REST_AFTER_READING_S or last.laser != scan.laser:
             return False
-        if not 0 <= scan.stamp - last.stamp < LIKE_BEFORE or last.ranges.shape != scan.ranges.shape:
+        if not 0 <= scan.stamp - last.stamp < UNCHANGED_PERIOD_S or last.ranges.shape != scan.ranges.shape:
             return False
         known = np.isfinite(scan.ranges) & np.isfinite(last.ranges)
         ranges = last.ranges[known]

@@ -9,7 +9,7 @@ from core.slam.scan_matching.agreement import late_scans
 from core.slam.scan_matching.time_offset import Estimated, TimeOffset, TimeOffsetEstimator, TimeOffsetSettings
 
 REMARKABLE_OFFSET_S = 0.02  # off what is configured, from which the operator hears of it
-REMARK_SD = 0.005  # [s] sd of a figure that is shown to the operator, at most
+REMARK_SD_S = 0.005  # sd of a figure that is shown to the operator, at most
 MIN_OFFSET_SDS = 3.0  # sd by which stamps must be off before they are corrected
 
 
@@ -63,7 +63,7 @@ class ScanTiming:
             late_scans(name or self._laser.name, timing.offset)
             for name, timing in self._offsets.items()
             if abs(timing.applied - self._lasers.get(name, self._laser).time_offset) > REMARKABLE_OFFSET_S
-            and timing.sd < REMARK_SD
+            and timing.sd < REMARK_SD_S
         )
 
     def _correction(self, found: Estimated) -> float:

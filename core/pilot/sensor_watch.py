@@ -12,7 +12,7 @@ from core.snapshot import SensorKind, SensorState, SensorStatus
 STALE_PERIODS, LOST_PERIODS = 3.0, 6.0  # periods without a reading
 STALE_AT_LEAST, LOST_AT_LEAST = 0.25, 0.5  # [s] without a reading, at least
 STEERING_PERIODS = 1.5  # of slow odometry, over which it is carried on before nothing is steered by it
-ANY_FRAME = 10.0  # [Hz] at which sound has to come, though it comes with every frame, and what has no known rate
+ANY_FRAME_RATE_HZ = 10.0  # at which sound has to come, though it comes with every frame, and what has no known rate
 
 LOST_SENSOR: dict[SensorKind, str] = {
     "wheels": "sensor.no_odometry",
@@ -35,11 +35,11 @@ class SensorWatch:
         self._rates: dict[tuple[SensorKind, str], float] = {}
         if profile.drives:
             if profile.odometry:
-                self._rates["wheels", ""] = ANY_FRAME
-            self._rates |= {("laser", laser.name): laser.rate or ANY_FRAME for laser in profile.lasers}
-            self._rates |= {("camera", camera.name): camera.rate or ANY_FRAME for camera in profile.cameras}
+                self._rates["wheels", ""] = ANY_FRAME_RATE_HZ
+            self._rates |= {("laser", laser.name): laser.rate or ANY_FRAME_RATE_HZ for laser in profile.lasers}
+            self._rates |= {("camera", camera.name): camera.rate or ANY_FRAME_RATE_HZ for camera in profile.cameras}
             if not profile.simulated:  # whose ears may be closed on purpose
-                self._rates |= {("microphones", array.name): ANY_FRAME for array in profile.arrays[:1]}
+                self._rates |= {("microphones", array.name): ANY_FRAME_RATE_HZ for array in profile.arrays[:1]}
         self._offsets = {laser.name: laser.time_offset for laser in profile.lasers}  # [s] of their stamps
         self._newest = dict.fromkeys(self._rates, start)
         self._stamp = start
@@ -110,14 +110,14 @@ class SensorWatch:
         """Carried wheels are as old as their reading; the quickest they came is their rate."""
         wheels, known = frame.wheels, self._rates.get(("wheels", ""))
         if self._has_odometry and self._steered:
-            old = wheels is None or wheels.age > max(MAX_AGE_S, STEERING_PERIODS / (wheels.rate or ANY_FRAME))
+            old = wheels is None or wheels.age > max(MAX_AGE_S, STEERING_PERIODS / (wheels.rate or ANY_FRAME_RATE_HZ))
             self.blind_since = None if not old else frame.stamp if self.blind_since is None else self.blind_since
         self._steered = self._steered or wheels is not None
         if wheels is None or known is None:
             return
         self._newest["wheels", ""] = frame.stamp - wheels.age
         if wheels.rate is not None:
-            self._rates["wheels", ""] = wheels.rate if known == ANY_FRAME else max(known, wheels.rate)
+            self._rates["wheels", ""] = wheels.rate if known == ANY_FRAME_RATE_HZ else max(known, wheels.rate)
 
     def _status(self, kind: SensorKind, name: str) -> SensorStatus:
         rate, age = self._rates[kind, name], self._stamp - self._newest[kind, name]

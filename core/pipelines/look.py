@@ -22,7 +22,7 @@ from core.message import Array, message
 from core.optics import CameraModel
 from core.perception.people.detector import Rectangle
 from core.perception.people.engines import open_detector
-from core.perception.people.looking import ASKED_SD, LookQuestion, PersonDetector
+from core.perception.people.looking import ASKED_SD_RAD, LookQuestion, PersonDetector
 from core.perception.people.parts import PeopleSettings
 from core.progress import UNSEEN, WorkProgress
 from core.recording.read_report import ReadReport
@@ -51,7 +51,7 @@ class PictureQuestion:
     picture: Path
     name: str  # as the answer calls it
     azimuth: float | None = None  # [rad] left positive, from the camera's axis; None: look anywhere
-    azimuth_sd: float = ASKED_SD  # [rad]
+    azimuth_sd: float = ASKED_SD_RAD  # [rad]
     distance: float | None = None  # [m]
     pixels: Array | None = None  # (H, W, 3) of a recorded picture; None: those of the file
     field: float | None = (
@@ -92,7 +92,7 @@ class QuestionRow(msgspec.Struct, frozen=True, kw_only=True):
 
     picture: str
     azimuth_rad: float | None = None
-    azimuth_sd_rad: float = ASKED_SD
+    azimuth_sd_rad: float = ASKED_SD_RAD
     distance_m: float | None = None
     fov_rad: float | None = None
 

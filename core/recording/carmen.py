@@ -28,7 +28,7 @@ from core.sensors import Scan
 from core.sensors.scan_gate import RangeUnit, checked_angles
 
 MAX_STAMP_NS = 1e20  # of a record's time, in whatever unit
-NO_RETURN = 80.0  # [m]: readings from here on mean that nothing came back
+NO_RETURN_RANGE_M = 80.0  # readings from here on mean that nothing came back
 FORM = "CARMEN text"
 LASER = re.compile(r"[FR]LASER|(ROBOT|RAW)LASER\d")
 LASER_NAMES = ("FLASER", "ROBOTLASER1", "RAWLASER1")  # the first of several that have about as many scans
@@ -148,7 +148,7 @@ class _Carmen:
         if len(beside) < 6:
             raise BadRecord("it is cut or no numbers")
         row, (_, high) = self._unit.metres(np.array(ranges, np.float64), (0.0, maximum))
-        maximum = self._settings.range_max or (high if high > 0 else NO_RETURN)
+        maximum = self._settings.range_max or (high if high > 0 else NO_RETURN_RANGE_M)
         times = _times(rest, time_at)
         scan = make_scan(0.0, row[::-1] if self._flipped else row, angles, (0.0, maximum))
         self._scans.append(scan)

@@ -17,11 +17,11 @@ from core.recording.source import BinaryLog, unpack
 
 MAGIC = b"#ROSBAG V2.0\n"
 MESSAGE_OP, CHUNK_OP, CHUNK_COUNTS_OP, CONNECTION_OP = 2, 5, 6, 7
-LONGEST_HEADER = 10_000  # [bytes]
+MAX_HEADER_BYTES = 10_000
 
 MARK = re.compile(rb"\x04\0\0\0op=[\x02-\x07]", re.DOTALL)  # every header has it, after at most LOOK_BACK bytes
 MARK_LENGTH = 8
-LOOK_BACK = 400  # [bytes]
+LOOK_BACK_BYTES = 400
 MOST_RESTARTS = 500
 
 Fields = dict[bytes, bytes]
@@ -75,7 +75,7 @@ class _BagWalk:
     def _head(self, offset: int) -> tuple[Fields | None, int, int]:
         """The record at `offset` → its fields (None: no record), where its data begin, and their length."""
         (size,) = struct.unpack("<I", self._source.at(offset, 4).ljust(4, b"\xff"))
-        if not 0 < size <= LONGEST_HEADER:
+        if not 0 < size <= MAX_HEADER_BYTES:
             return None, 0, 0
         piece = self._source.at(offset + 4, size + 4)
         if len(piece) < size + 4:
@@ -89,7 +89,7 @@ class _BagWalk:
             mark = self._source.find(MARK, start, MARK_LENGTH)
             if mark is None:
                 return None
-            for offset in range(mark - 4, max(start, mark - LOOK_BACK) - 1, -1):
+            for offset in range(mark - 4, max(start, mark - LOOK_BACK_BYTES) - 1, -1):
                 fields, begin, length = self._head(offset)
                 if fields is not None and begin > mark and begin + length <= self._source.size:
                     return offset
@@ -113,7 +113,7 @@ class _BagWalk:
         while at < len(block):
             (size,) = struct.unpack("<I", block[at : at + 4].ljust(4, b"\xff"))
             data = at + 4 + size
-            inner = _header(block[at + 4 : data]) if size <= LONGEST_HEADER and data + 4 <= len(block) else None
+            inner = _header(block[at + 4 : data]) if size <= MAX_HEADER_BYTES and data + 4 <= len(block) else None
             end = data + 4 + struct.unpack_from("<I", block, data)[0] if inner is not None else len(block) + 1
             if inner is None or end > len(block):
                 self._tally.skip("its block is cut or damaged", where)

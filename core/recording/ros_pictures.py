@@ -23,7 +23,7 @@ IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 FOCAL_WIDTHS = 0.9  # focal length of an uncalibrated camera, in widths of its picture: it sees 58°
 JPEG_QUALITY = 88  # of the JPEG that raw pictures are kept as
-MOST_HELD = 200_000_000  # [bytes] of pictures; later ones are left out
+MAX_HELD_BYTES = 200_000_000  # of pictures; later ones are left out
 CAMERA_HEIGHT_M = 0.16  # of a camera of which nothing is known
 MAX_STRETCH = 0.02  # by which pictures may be scaled differently across and down
 RECTIFIED = re.compile(r"(?<![a-z])rect")
@@ -110,7 +110,7 @@ class RosPictures:
         if kind == CAMERA_INFO:
             self._camera.note_info(topic, content)
             return False
-        if not self._camera.may_be(topic) or self._held > MOST_HELD:
+        if not self._camera.may_be(topic) or self._held > MAX_HELD_BYTES:
             return False
         if kind == COMPRESSED and self._camera.topic:
             encoded = bytes(content.data)
@@ -126,8 +126,8 @@ class RosPictures:
     ) -> tuple[tuple[RecordedPicture, ...], Camera | None]:
         """The pictures from `start` to `end` [s] in order, and their camera; None where there are none."""
         kept = sorted((one for one in self._found if start <= one.stamp <= end), key=lambda one: one.stamp)
-        if self._held > MOST_HELD:
-            tally.warn(f"The log holds more than {MOST_HELD // 10**6} MB of pictures; later ones are left out.")
+        if self._held > MAX_HELD_BYTES:
+            tally.warn(f"The log holds more than {MAX_HELD_BYTES // 10**6} MB of pictures; later ones are left out.")
         for one in kept:
             try:
                 height, width = one.pixels.shape[:2]

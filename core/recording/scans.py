@@ -39,7 +39,7 @@ MAX_MIXED_SHARE = 0.5  # of a log, in which two robots' scans take turns
 MIN_KEPT_SHARE = 0.45  # of the scans that a log must have a time for
 COMPARED_SCANS, USUAL_SHARE = 20, 0.9  # before and after a step of a clock, of whose changes of ranges so many …
 MAX_CHANGE_RATIO, MIN_CHANGE = 2.0, 0.01  # … times which, but at least that share, one place may change
-DEFAULT_RANGE = 100.0  # [m] taken for range_max where a log does not give it
+DEFAULT_RANGE_M = 100.0  # taken for range_max where a log does not give it
 
 
 def default_angles(beams: int) -> tuple[float, float]:
@@ -73,7 +73,7 @@ def make_scan(
     if not math.isfinite(time_step) or not 0 <= time_step * beams < MAX_SWEEP_S:
         time_step = 0.0
     limited = high is not None and 0 < high < 10_000
-    top = high if high is not None and limited else DEFAULT_RANGE
+    top = high if high is not None and limited else DEFAULT_RANGE_M
     low = low if 0 <= low < top else 0.0
     with np.errstate(invalid="ignore", over="ignore"):
         ranges = np.asarray(ranges, np.float32)
@@ -212,9 +212,9 @@ def without_standing_beams(scans: list[Scan], tally: ReadReport) -> list[Scan]:
     sample = [scan.ranges for scan in scans[:: max(1, len(scans) // MAX_SAMPLED_SCANS)]]
     if len(sample) < MIN_STANDING_SCANS or len({len(ranges) for ranges in sample}) > 1:
         return scans
-    rows = np.where(np.isfinite(sample), sample, np.float32(DEFAULT_RANGE))
+    rows = np.where(np.isfinite(sample), sample, np.float32(DEFAULT_RANGE_M))
     low, middle, high = np.quantile(rows, (0.05, 0.5, 0.95), axis=0)
-    stands = (middle < DEFAULT_RANGE) & ((high == low) | ((high - low < STANDING_M) & (middle < BODY_M)))
+    stands = (middle < DEFAULT_RANGE_M) & ((high == low) | ((high - low < STANDING_M) & (middle < BODY_M)))
     share = float(stands.mean())
     if not MIN_STANDING_SHARE < share < 1.0 or np.median((high - low)[~stands]) < MIN_VARYING_M:
         return scans

@@ -14,7 +14,7 @@ from core.recording.source import open_file
 from core.sensors.microphones import Sound, usable
 
 MAX_FILE_BYTES = 2_000_000_000  # of a file
-LONGEST = 4 * 3600.0  # [s] of one sound
+MAX_DURATION_S = 4 * 3600.0  # of one sound
 MOST_SAMPLES = 300_000_000  # of all channels together
 MOST_CHANNELS = 64
 RATE_BOUNDS_HZ = (4_000, 192_000)
@@ -187,5 +187,5 @@ def _check(name: str, rate: int, channels: int) -> None:
 
 
 def _check_length(name: str, count: int, channels: int, rate: int) -> None:
-    if count / rate > LONGEST or count * channels > MOST_SAMPLES:
+    if count / rate > MAX_DURATION_S or count * channels > MOST_SAMPLES:
         raise BadInput(f"{name} is {count / rate / 60:.0f} min long; cut it into parts of at most an hour.")

@@ -20,9 +20,9 @@ import zstandard
 from core.errors import BadInput
 from core.recording.read_report import BadRecord
 
-STEP = 1 << 20  # [bytes] read at once while searching or unpacking
-LONGEST_LINE = 4_000_000  # [bytes] of a text log
-MOST_TEXT = 2_000_000_000  # [bytes] of unpacked text
+CHUNK_BYTES = 1 << 20  # read at once while searching or unpacking
+MAX_LINE_BYTES = 4_000_000  # of a text log
+MAX_TEXT_BYTES = 2_000_000_000  # of unpacked text
 
 
 def open_file(path: Path, largest: int) -> BinaryIO:
@@ -68,10 +68,10 @@ class BinaryLog:
     def find(self, pattern: re.Pattern[bytes], start: int, longest: int) -> int | None:
         """Offset of the next match (at most `longest` bytes long) from `start` on, or None."""
         while start < self.size:
-            match = pattern.search(self.at(start, STEP + longest))
+            match = pattern.search(self.at(start, CHUNK_BYTES + longest))
             if match:
                 return start + match.start()
-            start += STEP
+            start += CHUNK_BYTES
         return None
 
 
@@ -101,18 +101,18 @@ def _unpacked(packed: bytes, compression: str, limit: int) -> Iterator[bytes]:
         if compression == "zstd":
             window = 1 << max(20, (limit - 1).bit_length())
             with zstandard.ZstdDecompressor(max_window_size=window).stream_reader(packed) as reader:
-                while piece := reader.read(STEP):
+                while piece := reader.read(CHUNK_BYTES):
                     yield piece
             return
         if compression not in ("lz4", "bz2"):
             raise BadRecord(f"its compression {compression[:20]!r} is unknown")
         unpacker = lz4.frame.LZ4FrameDecompressor() if compression == "lz4" else bz2.BZ2Decompressor()
-        piece = unpacker.decompress(packed, max_length=STEP)
+        piece = unpacker.decompress(packed, max_length=CHUNK_BYTES)
         while piece or not (unpacker.eof or unpacker.needs_input):
             yield piece
             if unpacker.eof:
                 return
-            piece = unpacker.decompress(b"", max_length=STEP)
+            piece = unpacker.decompress(b"", max_length=CHUNK_BYTES)
     except (zstandard.ZstdError, RuntimeError, OSError, EOFError, ValueError):
         return
 
@@ -165,7 +165,7 @@ def unpacked_file(path: Path, largest: int) -> Generator[Path]:
         content = Path(folder) / path.stem
         with content.open("wb") as out, contextlib.suppress(*READING_ERRORS):
             source = pack(raw)
-            while piece := source.read1(STEP):  # what is there before a damage
+            while piece := source.read1(CHUNK_BYTES):  # what is there before a damage
                 if out.tell() + len(piece) > largest:
                     raise BadInput(
                         f"{path.name} unpacks to more than {largest / 1e9:.1f} GB. Cut it into parts, or raise "
@@ -196,7 +196,7 @@ class TextLog:
         try:
             wide = stream.peek(2)[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)  # type: ignore[union-attr]
             text = io.TextIOWrapper(stream, "utf-16" if wide else "utf-8-sig", errors="replace")  # type: ignore[arg-type]
-            while total < MOST_TEXT and (line := text.readline(LONGEST_LINE)):
+            while total < MAX_TEXT_BYTES and (line := text.readline(MAX_LINE_BYTES)):
                 number += 1
                 total += len(line)
                 yield number, line.strip()

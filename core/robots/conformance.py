@@ -40,8 +40,8 @@ from core.slam.scan_matching.scan_odometry import ScanOdometrySettings
 
 TEST_SPEED_M_S, TEST_DRIVE_S = 0.02, 1.0  # what the robot is asked to do
 MOVING_SHARE = 0.3  # of the way that was asked for, from which it moves
-STANDING = 0.25 * TEST_SPEED_M_S  # [m/s] below which it stands
-SENSOR_START = 10.0  # [s] in which every sensor has to deliver for the first time
+STANDING_SPEED_M_S = 0.25 * TEST_SPEED_M_S  # below which it stands
+SENSOR_START_S = 10.0  # in which every sensor has to deliver for the first time
 MIN_MEASURING_S = 3.0  # at least
 MIN_READINGS = 12  # of the slowest sensor that are waited for
 MAX_MEASURING_S = 12.0  # of measuring
@@ -58,7 +58,7 @@ AHEAD_M, AHEAD_M_S, NEAR_M = 0.4, 0.1, 0.7  # of the way ahead on that drive, wh
 MAX_SLOWNESS = 4.0  # times the time that a leg takes, for which it is waited
 AFTER_S = 2.6  # of odometry after a turn, by which its lateness is known
 SCANNED_DRIVE_S = 3.0  # of a drive that is measured by scans, which see no move below 8 mm
-LETTING_GO = 2.0  # [s] that threads and sockets may take to end
+CLOSING_TIME_S = 2.0  # that threads and sockets may take to end
 
 
 @message
@@ -201,7 +201,7 @@ class Suite:
             return not missing
 
         self._say(f"waiting for {', '.join(missing) or 'the first frame'}")
-        self.session.frames(SENSOR_START, until=all_there)
+        self.session.frames(SENSOR_START_S, until=all_there)
         slowest = min((one.rate or UNKNOWN_RATE_HZ for one in series_of([], profile)), default=profile.rate)
         seconds = min(max(MIN_MEASURING_S, MIN_READINGS / slowest), MAX_MEASURING_S)
         self._say(f"measuring for {seconds:.0f} s")
@@ -239,7 +239,7 @@ class Suite:
 
     def _check_series(self, one: SensorSeries) -> None:
         expected = self._rate_of(one)
-        nothing = f"Nothing came within {SENSOR_START:g} s; is it switched on and connected?"
+        nothing = f"Nothing came within {SENSOR_START_S:g} s; is it switched on and connected?"
         other = (
             f"The profile says {expected:g} Hz; write rate = {one.measured:.3g} under [{one.entry}] of robot.toml."
         )
@@ -522,7 +522,7 @@ class Suite:
         if before is not None and self._place is not None:
             fastest = 0.5 * before.distance_to(self._place.x, self._place.y)  # of scans that jump by up to 8 mm
         advice = "The robot goes on by itself when the link is back; it has to stand until zero was asked for."
-        self.add("standing after reconnect", fastest < STANDING, 100 * fastest, "cm/s", advice)
+        self.add("standing after reconnect", fastest < STANDING_SPEED_M_S, 100 * fastest, "cm/s", advice)
         self.session.frames(MAX_STOPPING_S, ZERO)
 
     # what is left
@@ -549,7 +549,7 @@ def left_behind(before: Holdings, again: Callable[[], object]) -> list[str]:
 
 def _left_after_a_while(before: Holdings) -> list[str]:
     gc.collect()  # what nobody holds any more is not left behind
-    deadline = time.monotonic() + LETTING_GO
+    deadline = time.monotonic() + CLOSING_TIME_S
     while (left := Holdings.now().beyond(before)) and time.monotonic() < deadline:
         time.sleep(0.02)
     return left
@@ -596,7 +596,7 @@ def has_odometry(frame: SensorFrame) -> bool:
 
 def stands(frame: SensorFrame) -> bool:
     """Return whether the odometry says that the robot stands."""
-    return frame.wheels is not None and abs(frame.wheels.speed) < STANDING
+    return frame.wheels is not None and abs(frame.wheels.speed) < STANDING_SPEED_M_S
 
 
 def sensor_names(profile: Profile) -> list[str]:

@@ -17,7 +17,7 @@ from core.sensors import SensorFrame
 
 log = logging.getLogger(__name__)
 
-PERIOD = 1 / 40  # [s] between twists while speeds are asked for, as the gate sends them
+PERIOD_S = 1 / 40  # between twists while speeds are asked for, as the gate sends them
 READ = 1 << 20  # bytes taken at once
 LOOP_END_TIMEOUT_S = 5.0  # in which the loop ends
 
@@ -59,8 +59,8 @@ class DriverSession:
         while now < end:
             if twist is not None and now >= due:
                 self.ask(twist)
-                due = now + PERIOD
-            for frame in self._newest(min(end - now, PERIOD)):
+                due = now + PERIOD_S
+            for frame in self._newest(min(end - now, PERIOD_S)):
                 read.append(frame)
                 self.watch(frame)
                 if until is not None and until(frame):

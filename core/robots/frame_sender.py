@@ -13,7 +13,7 @@ from core.sensors.checks import distinct
 from core.sensors.microphones import joined
 
 LENGTH = struct.Struct("<Q")
-LONGEST_SOUND = 3.0  # [s] that may wait unsent
+MAX_SOUND_S = 3.0  # that may wait unsent
 MIN_STANDING_RATE_HZ = 16.0  # of frames that are often enough while the robot stands
 RESTING_RATE_HZ = 10.0  # of frames that are often enough while it stands and nobody looks
 MAX_WAITING_ANSWERS = 64  # that may wait; more are dropped
@@ -29,7 +29,7 @@ def merged(older: SensorFrame, newer: SensorFrame) -> SensorFrame:
         newer,
         scan=newer.scan or older.scan,
         image=newer.image or older.image,
-        sound=joined(older.sound, newer.sound, LONGEST_SOUND),
+        sound=joined(older.sound, newer.sound, MAX_SOUND_S),
         contact=newer.contact or older.contact,
         faults=distinct((*older.faults, *newer.faults)),
         notes=tuple(dict.fromkeys((*older.notes, *newer.notes))),

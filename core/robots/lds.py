@@ -27,9 +27,9 @@ EXAMPLE = "lds:///dev/ttyUSB0?model=rplidar-a1"
 TCP_PORT = 2000
 MISSING = f"Lidars on a serial port need the package lds2d of the extra hardware: {install_extra('hardware')}"
 READ_TIMEOUT_S = 0.2  # for which bytes are waited for at a time
-LOST_AFTER = 3.0  # [s] without a whole turn
+LOST_AFTER_S = 3.0  # without a whole turn
 OPENING_TIMEOUT_S = 5.0  # until the first point: the motor has to start
-WHOLE = 1.5 * math.pi  # [rad] that must have been swept for a turn to count
+WHOLE_TURN_RAD = 1.5 * math.pi  # that must have been swept for a turn to count
 MEDIAN_TURNS = 5  # turns whose median duration is that of a turn
 RPLIDAR_PWM = b"\xa5\xf0\x02\x94\x02\xc1"  # the motor of an A2 at 660 of 1023
 
@@ -97,7 +97,7 @@ class TurnCollector:
         angle = math.remainder(-clockwise, math.tau)
         step = math.remainder(self._last - angle, math.tau)
         scan = None
-        if angle - self._last > math.pi and (self._swept + step >= WHOLE or self._ended is None):
+        if angle - self._last > math.pi and (self._swept + step >= WHOLE_TURN_RAD or self._ended is None):
             scan = self._finish(now)
         self._swept += step
         self._last = angle
@@ -182,11 +182,11 @@ class LidarDevice(Device):
         transport, turns = self._transport, TurnCollector(laser_of(self._model))
         if transport is None:
             return
-        transport.deadline = time.monotonic() + LOST_AFTER
+        transport.deadline = time.monotonic() + LOST_AFTER_S
         while (point := self._next_point()) is not None:
             scan = turns.add(math.radians(point.angle_deg), point.dist_mm / 1000, readings.now())
             if scan is not None:
-                transport.deadline = time.monotonic() + LOST_AFTER
+                transport.deadline = time.monotonic() + LOST_AFTER_S
                 readings.scan(scan)
 
     def close(self) -> None:

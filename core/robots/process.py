@@ -54,7 +54,7 @@ MAX_SLOWDOWN_FACTOR = 40.0  # by which a simulated robot lives slower while gate
 REST_AHEAD_S = 0.05  # that a simulated robot may live on further while nothing is under way
 MAX_BEHIND_S = 0.1  # that may be caught up; more is given up, and said when it goes on
 PREDECESSOR_TIMEOUT_S = 6.0  # that the driver of a killed console may still live: its gate says zero for a while
-PACE_WINDOW = 10.0  # [s] over which the pace is measured
+PACE_WINDOW_S = 10.0  # over which the pace is measured
 CALM_WINDOWS = 6  # windows without a delay after which the computer keeps up again: a busy one is quick now and then
 
 
@@ -230,7 +230,7 @@ class DriverPace:
             self._given_up += now - self.due
             self.due = now
         window = now - self._since
-        if window < PACE_WINDOW:
+        if window < PACE_WINDOW_S:
             return
         slow = self._given_up > 0.1 * window
         self._calm_windows = 0 if slow else self._calm_windows + 1

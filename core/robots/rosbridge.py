@@ -27,7 +27,7 @@ NODES, LISTENERS = "/rosapi/nodes", "/rosapi/subscribers"  # for the parameters 
 NAMES, PARAMETER = "/rosapi/get_param_names", "/rosapi/get_param"  # and for those of ROS 1
 CONTROLLER = re.compile("control|base|driv|motor")  # name of a node that may turn the wheels
 MOST_ASKED = 12  # nodes
-PICTURE_GAP = 60  # [ms] at least between two pictures: rosbridge takes much of the robot's computer for each
+PICTURE_GAP_MS = 60  # at least between two pictures: rosbridge takes much of the robot's computer for each
 LEVELS = ("warning", "error")  # of status messages that the operator is to know
 OF_ROS_1 = {"secs": "sec", "nsecs": "nanosec"}
 TO_ROS_1 = {there: here for here, there in OF_ROS_1.items()}
@@ -80,7 +80,7 @@ class RosbridgeRobot(RosSocket):
                     topic=topic,
                     type=self._name(topics.types[topic]),
                     compression="none" if self._json else "cbor-raw",
-                    throttle_rate=PICTURE_GAP if topic == topics.image else 0,
+                    throttle_rate=PICTURE_GAP_MS if topic == topics.image else 0,
                     queue_length=1 if topic == topics.image else 0,
                 )
 

@@ -28,10 +28,10 @@ DRAIN_QUIET_S = 0.15  # of silence after which nothing more is on its way
 MAX_DRAIN_S = 1.5  # at most until a stream that ran is over
 MAX_TRIES, SILENT_TRIES = 5, 2  # at each baud rate; the latter where nothing at all comes back
 LARGEST_REPLY = 65536  # bytes without an empty line after which they are garbage
-LOST_AFTER = 3.0  # [s] without a good scan; at least 16 periods
+LOST_AFTER_S = 3.0  # without a good scan; at least 16 periods
 CLOCK_ROUNDS = 8  # questions for the sensor's time
 SETTLING_SCANS = 10  # scans from which the delay of a scan is learnt
-WRAP = 1 << 24  # [ms] at which the sensor's counter starts over
+COUNTER_WRAP_MS = 1 << 24  # at which the sensor's counter starts over
 JUMP_MS = 5000  # a timestamp that differs more from the last is no timestamp of the next scan
 NO_ECHO_BELOW = 20  # values below are error codes: too weak, too strong, inconsistent
 
@@ -107,7 +107,7 @@ def parse_parameters(lines: Sequence[bytes]) -> ScipParameters:
     except (KeyError, ValueError):
         raise BadReply("incomplete") from None
     sound = 0 <= found.first < found.last <= 9999 and 16 <= found.steps_per_turn <= 65536 and 1 <= found.rpm <= 60000
-    if not sound or not 0 <= found.range_min < found.range_max < WRAP:
+    if not sound or not 0 <= found.range_min < found.range_max < COUNTER_WRAP_MS:
         raise BadReply("impossible geometry")
     return found
 
@@ -169,16 +169,16 @@ class SensorTime:
 
     def plausible(self, counter: int) -> bool:
         """Return whether `counter` [ms] may follow the last one."""
-        return self._last is None or 0 < (counter - self._last) % WRAP < JUMP_MS
+        return self._last is None or 0 < (counter - self._last) % COUNTER_WRAP_MS < JUMP_MS
 
     def stamp(self, counter: int, received: float) -> float:
         """The time [s] of a scan's step 0 on the robot's clock."""
         if self._last is None and self._apart is not None:
-            self._turns = round((received - self._apart - counter * 1e-3) / (WRAP * 1e-3))
+            self._turns = round((received - self._apart - counter * 1e-3) / (COUNTER_WRAP_MS * 1e-3))
         elif self._last is not None and counter < self._last:
             self._turns += 1
         self._last = counter
-        device = (self._turns * WRAP + counter) * 1e-3
+        device = (self._turns * COUNTER_WRAP_MS + counter) * 1e-3
         stamp = self._clock.stamp(device, received)
         self._scans += 1
         if self._apart is None:
@@ -230,7 +230,7 @@ class ScipLaser(Device):
         clock = self._clock = SensorTime(self._ask_time(readings), late)
         command = f"MD{parameters.first:04}{parameters.last:04}{self._cluster:02}{self._skip}00".encode()
         self._link.write(command + b"\n")
-        patience = max(LOST_AFTER, 16 * (self._skip + 1) * 60 / parameters.rpm)
+        patience = max(LOST_AFTER_S, 16 * (self._skip + 1) * 60 / parameters.rpm)
         good = time.monotonic()
         while time.monotonic() - good < patience:
             for lines in self._replies(readings, patience / 8):

@@ -38,11 +38,11 @@ TCP_PORT = 2000
 BAUD_RATE = 115200
 LONGEST_LINE = 120  # bytes
 QUESTION_PERIOD_S = 0.3  # between questions what the robot is
-RESET_TIME = 5.0  # [s] that it may take to answer: opening the port resets many boards
-LOST_AFTER = 1.0  # [s] without odometry
-SPEED_OVER = 0.06  # [s] over which speeds are taken from the wheels
-COUNTER = 1 << 32  # [ms] at which the robot's counter starts over
-LONGEST_GAP = 2.0  # [s] between readings; more is a robot that was started again
+RESET_TIME_S = 5.0  # that it may take to answer: opening the port resets many boards
+LOST_AFTER_S = 1.0  # without odometry
+SPEED_SPAN_S = 0.06  # over which speeds are taken from the wheels
+COUNTER_WRAP_MS = 1 << 32  # at which the robot's counter starts over
+MAX_GAP_S = 2.0  # between readings; more is a robot that was started again
 CRUISE_SPEED_M_S = 0.1
 MAX_ROLLED_M = 0.5  # of a wheel between two readings, beyond MAX_SPEED_M_S
 BOUNDS = {
@@ -143,9 +143,9 @@ class WheelOdometry:
             self.stamp = counter * 1e-3
             self._past.append((self.stamp, left, right))
             return self._pose, 0.0, 0.0
-        elapsed = (counter - round(self._past[-1][0] * 1e3)) % COUNTER * 1e-3
-        if elapsed > LONGEST_GAP:
-            again = self._strange is not None and 0 < counter - self._strange < LONGEST_GAP * 1e3
+        elapsed = (counter - round(self._past[-1][0] * 1e3)) % COUNTER_WRAP_MS * 1e-3
+        if elapsed > MAX_GAP_S:
+            again = self._strange is not None and 0 < counter - self._strange < MAX_GAP_S * 1e3
             self._strange = counter
             if again:
                 raise OSError("the robot was started again")
@@ -160,7 +160,7 @@ class WheelOdometry:
         forward, turn = self._rolled(self._past[-1], left, right)
         self._pose = self._pose @ arc(forward, turn)
         self._past.append((self.stamp, left, right))
-        while len(self._past) > 2 and self._past[1][0] <= self.stamp - SPEED_OVER:
+        while len(self._past) > 2 and self._past[1][0] <= self.stamp - SPEED_SPAN_S:
             self._past.popleft()
         forward, turn = self._rolled(self._past[0], left, right)
         span = max(self.stamp - self._past[0][0], 1e-3)
@@ -188,7 +188,7 @@ class SerialBase(Device):
         """Open the port and ask the robot what it is."""
         self._buffer, self._equipment = b"", None
         self._link = open_link(self._address, self._baud)
-        asked, end = 0.0, time.monotonic() + RESET_TIME
+        asked, end = 0.0, time.monotonic() + RESET_TIME_S
         while time.monotonic() < end:
             if time.monotonic() - asked > QUESTION_PERIOD_S:
                 self.drive(ZERO)
@@ -210,8 +210,8 @@ class SerialBase(Device):
             return
         odometry = WheelOdometry(self._equipment.base.wheelbase or 0.1)
         heard = time.monotonic()
-        while time.monotonic() - heard < LOST_AFTER:
-            rejected, lines = self.rejected, self._lines(LOST_AFTER / 10)
+        while time.monotonic() - heard < LOST_AFTER_S:
+            rejected, lines = self.rejected, self._lines(LOST_AFTER_S / 10)
             for words in lines:
                 try:
                     self._hand_on(words, odometry, readings)
@@ -253,7 +253,7 @@ class SerialBase(Device):
 
     def _hand_on(self, words: list[str], odometry: WheelOdometry, readings: Readings) -> None:
         match words:
-            case ["O", counter, *wheels] if counter.isdecimal() and int(counter) < COUNTER:
+            case ["O", counter, *wheels] if counter.isdecimal() and int(counter) < COUNTER_WRAP_MS:
                 left, right = parse_numbers(wheels, 2)
                 pose, speed, turn_rate = odometry.move(int(counter), left, right)
                 readings.wheels(pose, speed, turn_rate, self._clock.stamp(odometry.stamp, readings.now()))

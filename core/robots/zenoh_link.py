@@ -29,7 +29,7 @@ LEARNING_TIMEOUT_S = 3.0  # for the first message of every topic
 TICK_S = 0.02  # between looks at what is to be sent
 MAX_SILENCE_S = 2.0  # without any message after which a robot that sends many is lost
 LIVELY_MESSAGES = 20  # messages within LIVELY_SPAN that make such a robot
-LIVELY_SPAN = 4.0  # [s]
+LIVELY_SPAN_S = 4.0
 MOST_NAMED = 8
 INTEGER_KIND, DOUBLE_KIND = 2, 3  # kinds of a parameter's value
 NUMBERS = (INTEGER_KIND, DOUBLE_KIND)
@@ -172,7 +172,7 @@ class ZenohRobot(RosDevice):
 
     def _is_silent(self) -> bool:
         times = self._arrived
-        lively = len(times) == LIVELY_MESSAGES and times[-1] - times[0] < LIVELY_SPAN
+        lively = len(times) == LIVELY_MESSAGES and times[-1] - times[0] < LIVELY_SPAN_S
         self._fell_silent = lively and time.monotonic() - times[-1] > MAX_SILENCE_S
         return self._fell_silent
 

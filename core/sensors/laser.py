@@ -11,7 +11,7 @@ from core.sensors.checks import are_finite, is_array
 MIN_BEAMS, MAX_BEAMS = 2, 20_000  # of a scan
 MAX_SWEEP_S = 2.0  # [s] from the first beam of a scan to its last
 MAX_STAMP_S = 1e11  # [s]
-MAX_TILT = math.radians(20)  # of a laser whose plane is taken for level
+MAX_TILT_RAD = math.radians(20)  # of a laser whose plane is taken for level
 
 
 @message
@@ -43,7 +43,7 @@ class Placed:
     @property
     def level(self) -> bool:
         """True where it sees what is around, not the floor and not a vertical slice."""
-        return self.tilt < MAX_TILT
+        return self.tilt < MAX_TILT_RAD
 
 
 def flat(robot_from_laser: Transform) -> Placed:

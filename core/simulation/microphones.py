@@ -12,15 +12,15 @@ from core.message import Array
 from core.sensors.microphones import MicrophoneArray, Sound
 from core.simulation.acoustics.enclosure import Enclosure, enclosure, in_sight
 from core.simulation.acoustics.reverberation import Arrivals, Convolver, echo_in_pieces, echo_length, first_images
-from core.simulation.acoustics.shoebox import SPEED_OF_SOUND, pink_noise
+from core.simulation.acoustics.shoebox import SPEED_OF_SOUND_M_S, pink_noise
 from core.simulation.settings import SILENT_DB, HardWall, MicrophoneSettings
 from core.simulation.world import World
 
 SPECTRUM_SAMPLES = 512  # samples of a spectrum of the murmur
-FLAT_BELOW = 50.0  # [Hz]
+FLAT_BELOW_HZ = 50.0
 HISS_SHARE = 0.05  # of a microphone, of the murmur's pressure
 MOTORS = np.array([[0.0, 0.045, 0.03], [0.0, -0.045, 0.03]])  # [m] in the robot's frame, left and right
-FULL_SPEED = 0.1  # [m/s] of a wheel at which its motor is at its nominal level
+FULL_SPEED_M_S = 0.1  # of a wheel at which its motor is at its nominal level
 WHINE_HZ_PER_M_S = 2600.0  # [Hz per m/s] of the gears' teeth
 OVERTONES = np.array([1.0, 0.5, 0.6, 0.25, 0.3, 0.15])
 MOVED_M = 0.05  # by which an ear has moved when the echo is computed again
@@ -32,21 +32,23 @@ PIECE_TIMEOUT_S = 6.0  # that a talker whose sound comes in pieces is waited for
 MOST_TALKERS = 3
 ECHO_PIECES = 2  # of the work on echoes that are done with one reading, shared by all who talk
 MAX_WAITING_S = 30.0  # of sound that may wait to be said
-FAN_HEIGHT = 1.0  # [m]
-FAN_FROM_WALL = 0.6  # [m]
+FAN_HEIGHT_M = 1.0
+FAN_FROM_WALL_M = 0.6
 MIN_MOUTH_DISTANCE_M = 0.15  # of a mouth to the microphones
 
 
 class Murmur:
     """Pink noise that comes from everywhere alike, for microphones (M, 3) [m]; power 1."""
 
-    def __init__(self, rng: np.random.Generator, positions: Array, rate: int, speed: float = SPEED_OF_SOUND) -> None:
+    def __init__(
+        self, rng: np.random.Generator, positions: Array, rate: int, speed: float = SPEED_OF_SOUND_M_S
+    ) -> None:
         self._rng, self._count = rng, len(positions)
         frequency = np.fft.rfftfreq(SPECTRUM_SAMPLES, 1 / rate)
         away = np.linalg.norm(positions[:, None] - positions, axis=2)
         alike = np.sinc(2 * frequency[:, None, None] * away / speed)  # coherence of a diffuse field
         mixing = np.linalg.cholesky(alike + 1e-6 * np.eye(self._count))
-        colour = 1 / np.sqrt(np.maximum(frequency, FLAT_BELOW))
+        colour = 1 / np.sqrt(np.maximum(frequency, FLAT_BELOW_HZ))
         colour[0] = colour[-1] = 0.0
         power = 4 * float(np.sum(colour**2)) / SPECTRUM_SAMPLES**2
         self._mixing = mixing * colour[:, None, None] / math.sqrt(power)
@@ -69,7 +71,9 @@ class Murmur:
 class Motors:
     """Two geared motors under the microphones, silent at rest."""
 
-    def __init__(self, rng: np.random.Generator, positions: Array, rate: int, speed: float = SPEED_OF_SOUND) -> None:
+    def __init__(
+        self, rng: np.random.Generator, positions: Array, rate: int, speed: float = SPEED_OF_SOUND_M_S
+    ) -> None:
         """`positions` (M, 3) [m] of the microphones in the robot's frame."""
         self._rng, self._rate = rng, rate
         self._away = np.linalg.norm(MOTORS[:, None] - positions, axis=2)  # (2, M)
@@ -94,7 +98,7 @@ class Motors:
         self._speeds[number], self._phases[number] = speed, float(phase[-1] % (2 * math.pi))
         whine = OVERTONES @ np.sin(np.arange(1, len(OVERTONES) + 1)[:, None] * phase)
         rush = self._rng.normal(size=count)
-        return speeds / FULL_SPEED * (0.6 * whine / math.sqrt(float(OVERTONES @ OVERTONES) / 2) + 0.8 * rush)
+        return speeds / FULL_SPEED_M_S * (0.6 * whine / math.sqrt(float(OVERTONES @ OVERTONES) / 2) + 0.8 * rush)
 
 
 class SoundSource:
@@ -281,12 +285,12 @@ class SimulatedMicrophones:
 def fan_place(world: World) -> Array:
     """Return the place of the fan (3,) [m]: the first corner of the floor plan that has room for it."""
     box = world.bounds
-    low_x, low_y = box.x0 + FAN_FROM_WALL, box.y0 + FAN_FROM_WALL
-    high_x, high_y = box.x1 - FAN_FROM_WALL, box.y1 - FAN_FROM_WALL
+    low_x, low_y = box.x0 + FAN_FROM_WALL_M, box.y0 + FAN_FROM_WALL_M
+    high_x, high_y = box.x1 - FAN_FROM_WALL_M, box.y1 - FAN_FROM_WALL_M
     corners = [(high_x, low_y), (low_x, high_y), (low_x, low_y), (high_x, high_y)]
     for inward in (0.0, 0.2, 0.4):
         for x, y in corners:
             spot = np.array([x + inward * ((box.x0 + box.x1) / 2 - x), y + inward * ((box.y0 + box.y1) / 2 - y)])
-            if world.open_air(np.append(spot, FAN_HEIGHT)[None]):
-                return np.append(spot, FAN_HEIGHT)
-    return np.array([0.0, 0.0, FAN_HEIGHT])
+            if world.open_air(np.append(spot, FAN_HEIGHT_M)[None]):
+                return np.append(spot, FAN_HEIGHT_M)
+    return np.array([0.0, 0.0, FAN_HEIGHT_M])

@@ -7,8 +7,8 @@ from core.setting import Meta, Section
 
 RATE_HZ = 16_000  # of all sound that goes into a recognizer
 PIECE_S = 0.2  # of a room's sound, at least, that are read at once
-VOICE_PIECE = 0.05  # [s] the same while someone speaks, and shortly after: they wait for an answer
-MOST_WAITING = 8.0  # [s] of it that may wait while words are read; older sound is not heard
+VOICE_PIECE_S = 0.05  # the same while someone speaks, and shortly after: they wait for an answer
+MAX_WAITING_S = 8.0  # of it that may wait while words are read; older sound is not heard
 
 
 @dataclass(frozen=True)

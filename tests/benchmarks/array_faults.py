@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.experiments.direction_of_arrival import REVERBERATION_TIMES_S
-from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ, make_scene
+from core.experiments.talk_in_rooms import PRE_ROLL_S, RATE_HZ, make_scene
 from core.geometry import wrap
 from core.message import Array
 from core.perception.sound.array_diagnostics import check
@@ -188,7 +188,7 @@ def before(found: Direction, array: MicrophoneArray) -> Direction:
 def trial(array_name: str, fault: str, samples: Array, truth: float) -> FaultTrial | None:
     """One sound → what is said of it; None where nothing is heard."""
     array, sound = ARRAYS[array_name], Sound(stamp=0.0, rate=RATE_HZ, samples=samples)
-    found = locate(sound, array, speech_from=PRE_ROLL)
+    found = locate(sound, array, speech_from=PRE_ROLL_S)
     if found is None:
         return None
     told = tuple(one.kind for one in check(sound, array, found=[found]) if one.serious)

@@ -22,7 +22,7 @@ from core.experiments.direction_of_arrival import (
     summary,
 )
 from core.experiments.result import as_csv
-from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ
+from core.experiments.talk_in_rooms import PRE_ROLL_S, RATE_HZ
 from core.files import save_all
 from core.message import Array
 from core.recording.sound_file import read_sound
@@ -71,7 +71,7 @@ def main(
     spoken = voices(speech) if speech else []
     estimators = estimators_with(DEFAULT)
     for name in ("SRP", "MUSIC", "NormMUSIC"):
-        estimators |= {name: partial(peer, name, PRE_ROLL), f"{name}_alone": partial(peer, name, 0.0)}
+        estimators |= {name: partial(peer, name, PRE_ROLL_S), f"{name}_alone": partial(peer, name, 0.0)}
     work = partial(in_room, seed, estimators=estimators, voices=spoken)
     rooms = carried_out(work, scenes_for(utterances), workers)
     done = [one for room in rooms for one in room["trials"]]

@@ -33,7 +33,7 @@ from core.robots.readings import Readings
 from core.robots.ros.bridge import RosSensors
 from core.robots.ros.topics import LASER_SCAN, ODOMETRY, RosSettings, choose_topics
 from core.robots.ros.typestore import TWIST, RobotTypes
-from core.robots.scip import WRAP, SensorTime
+from core.robots.scip import COUNTER_WRAP_MS, SensorTime
 from core.sensors import Laser, Scan, SensorFrame, Wheels
 from tests.benchmarks.command import print_row, run_command
 from tests.emulators.foxglove import FoxgloveEmulator
@@ -143,7 +143,7 @@ class ScipDriver(Driver):
         self._time = SensorTime(-100.0, 0.0)
 
     def scan(self, scan: Scan) -> None:
-        counter = round((scan.stamp + 100.0) * 1e3) % WRAP if math.isfinite(scan.stamp) else 0
+        counter = round((scan.stamp + 100.0) * 1e3) % COUNTER_WRAP_MS if math.isfinite(scan.stamp) else 0
         if self._time.plausible(counter):
             self.readings.scan(replace(scan, stamp=self._time.stamp(counter, self.now)))
 

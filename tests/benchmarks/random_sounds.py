@@ -21,7 +21,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from console.messages.audio import AUDIO_HEADER, AUDIO_RATE, MOST_BYTES
+from console.messages.audio import AUDIO_HEADER, AUDIO_RATE_HZ, MOST_BYTES
 from console.speech.browser_microphone import TalkTurn
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
 from console.speech.transcription_worker import TranscriptionWorker
@@ -160,9 +160,9 @@ def spoken(chance: np.random.Generator, *, held: bool) -> Listener:
 
     def hear() -> None:
         turn = TalkTurn("held" if held else "open", lambda _told, _delay: None, lambda _why, _on: None)
-        whole = samples(chance, length(chance, AUDIO_RATE), 1, AUDIO_RATE, broken=False)
+        whole = samples(chance, length(chance, AUDIO_RATE_HZ), 1, AUDIO_RATE_HZ, broken=False)
         sixteen = np.clip(np.round(whole[:, 0] * 32767), -32768, 32767).astype("<i2")
-        for piece, stamp in pieces(chance, sixteen, AUDIO_RATE, 0.02):
+        for piece, stamp in pieces(chance, sixteen, AUDIO_RATE_HZ, 0.02):
             turn.add(piece[:longest].astype(float) / 32768, stamp)
             if chance.random() < 0.3:
                 feed_waiting(work, turn)
@@ -176,7 +176,7 @@ def feed_waiting(work: TranscriptionWorker, turn: TalkTurn, *, empty: bool = Fal
     """What waits goes to the worker, as `browser_microphone` sends it; `empty`: even where nothing waits."""
     waiting, start = turn.take()
     if len(waiting) or empty:
-        job = HearSound(waiting.astype(np.float32).tobytes(), AUDIO_RATE, start)
+        job = HearSound(waiting.astype(np.float32).tobytes(), AUDIO_RATE_HZ, start)
         json.dumps(msgspec.to_builtins(work.hear(job), enc_hook=plain), allow_nan=False)
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from console.broadcast import Broadcaster, Subscriber
-from console.camera_stream import REST_GAP, CameraStream
-from console.rest import REST_GAP as REST_GAP_S
+from console.camera_stream import REST_GAP_S, CameraStream
+from console.rest import REST_GAP_S as STATE_REST_GAP_S
 from console.rest import STANDING_S, StatePace
 from core.gate import Twist
 from core.pilot import Pilot
@@ -32,7 +32,7 @@ def test_where_the_robots_clock_runs_slowly_states_are_as_many_by_it_and_what_ha
     robot = SimulatedRobot("lab")
     snapshot, pace = Pilot(robot.profile).step(robot.read()), StatePace()
     pace.sent(10.0, ("nothing",))
-    for share, gap in ((1.0, 0.045), (0.5, 0.09), (0.25, 0.18), (0.03, REST_GAP_S), (0.0, REST_GAP_S)):
+    for share, gap in ((1.0, 0.045), (0.5, 0.09), (0.25, 0.18), (0.03, STATE_REST_GAP_S), (0.0, STATE_REST_GAP_S)):
         pace.saw(replace(snapshot, pace=share))
         assert pace.due(10.001 + gap, ("nothing",)) and not pace.due(9.999 + gap, ("nothing",))
         assert pace.due(10.05, ("a notice",))
@@ -57,8 +57,8 @@ def test_pictures_that_look_alike_are_sent_now_and_then_and_a_change_at_once() -
     someone = grey.copy()
     someone[100:200, 150:180] = 60
     assert sent(1.3, someone)
-    assert sent(1.3 + REST_GAP, someone)
+    assert sent(1.3 + REST_GAP_S, someone)
     assert stream.encoded(None) is None
     broadcaster.join(Subscriber("camera"))
     newest = stream.encoded(None)
-    assert newest is not None and newest[0] == 1.3 + REST_GAP and stream.encoded(None) is None
+    assert newest is not None and newest[0] == 1.3 + REST_GAP_S and stream.encoded(None) is None

@@ -23,7 +23,7 @@ REPOSITORY = Path(__file__).parents[2]
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("SENSOR_START", "MIN_MEASURING_S"):
+    for name in ("SENSOR_START_S", "MIN_MEASURING_S"):
         monkeypatch.setattr(f"core.robots.conformance.{name}", 1.0)
     for name in ("TURN_RAD", "AHEAD_M", "AFTER_S"):
         monkeypatch.setattr(f"core.robots.conformance.{name}", 0.01)

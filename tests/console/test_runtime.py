@@ -36,7 +36,7 @@ def make_frail(folder: Path) -> Live:
 def test_a_pilot_that_fails_stops_the_robot_is_told_and_starts_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE", 0.5)
+    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE_S", 0.5)
     monkeypatch.setattr(Frail, "falls", 0)
     with make_frail(tmp_path) as live:
         live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
@@ -63,7 +63,7 @@ def test_a_pilot_that_fails_stops_the_robot_is_told_and_starts_anew(
 def test_a_pilot_that_keeps_failing_stays_off_and_the_console_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE", 0.02)
+    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE_S", 0.02)
     monkeypatch.setattr(Frail, "falls", 0)
     with make_frail(tmp_path) as live:
         Frail.falls = 1000
@@ -75,7 +75,7 @@ def test_a_pilot_that_keeps_failing_stays_off_and_the_console_goes_on(
 
 
 def test_without_a_pilot_the_gate_hears_no_heartbeat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE", 60)
+    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE_S", 60)
     monkeypatch.setattr(Frail, "falls", 0)
     with make_frail(tmp_path) as live:
         beats: list[int] = []

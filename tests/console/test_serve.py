@@ -339,7 +339,7 @@ def test_a_browser_that_is_slow_to_open_keeps_nobody_waiting(tmp_path: Path, mon
     opened = threading.Event()
     release = threading.Event()
     monkeypatch.setattr("console.access.browser.webbrowser.open", lambda _: (opened.set(), release.wait(10)))
-    monkeypatch.setattr("console.listening.ONCE_LIFE", 0.0)
+    monkeypatch.setattr("console.listening.ONCE_LIFE_S", 0.0)
     began = time.monotonic()
     announce(Options(data=tmp_path), 8420, Access())
     assert time.monotonic() - began < 8  # of the 10 s that the browser takes

@@ -33,14 +33,14 @@ from console.control.text_file_commands import TextFileCommands
 from console.control.text_files import TextFileCommand
 from console.http.problems import Problem
 from console.messages import inbound
-from console.messages.audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
+from console.messages.audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE_HZ
 from console.part import Parts
 from console.speech.browser_microphone import BrowserMicrophone
 from console.speech.robot_voice import RobotVoice
 from console.speech.room_transcription import RoomTranscriber
 from console.speech.voice_commands import VoiceCommands
 from core.commands.command import Command
-from core.commands.confirmation_delay import CONFIRMATION_DELAY_S, MAX_POSTPONED_S, OBEYED_WITHIN
+from core.commands.confirmation_delay import CONFIRMATION_DELAY_S, MAX_OBEYED_AGE_S, MAX_POSTPONED_S
 from core.errors import Refused
 from core.gate import Twist
 from core.gate.status import GateStatus
@@ -233,7 +233,7 @@ class Story:
         since, seen = one.ended + LATE, self.seen
         waited = one.taken <= now
         reasons = {
-            "too late": min(one.taken, now) - one.ended > OBEYED_WITHIN + LATE,
+            "too late": min(one.taken, now) - one.ended > MAX_OBEYED_AGE_S + LATE,
             "waited too long": waited and now - one.taken > CONFIRMATION_DELAY_S + MAX_POSTPONED_S + 1.0,
             "a stop came": any(since < at != one.stop_read for at in seen.stops),
             "a hand came": any(since < at for at in seen.jogs),
@@ -443,7 +443,7 @@ class Page:
             piece = min(PIECE, one.ended - at)
             await asyncio.sleep(max(at + piece - story.now, 0.0) + LATE * story.chance.random())
             header = AUDIO_HEADER.pack(AUDIO_KIND, 0, 1000 * (at + self.ahead))
-            sound = header + bytes(2 * math.ceil(piece * AUDIO_RATE))
+            sound = header + bytes(2 * math.ceil(piece * AUDIO_RATE_HZ))
             self._up.put_nowait({"type": "websocket.receive", "bytes": sound})
             at += piece
         self._up.put_nowait({"type": "websocket.receive", "text": '{"kind":"rest"}'})

@@ -11,7 +11,7 @@ from core.pilot.trail import NO_POINTS
 from core.robots import Profile
 from core.snapshot import Snapshot
 
-WHEEL_RADIUS = 0.035  # [m]
+WHEEL_RADIUS_M = 0.035
 SIDEWAYS_WXYZ = (math.cos(math.pi / 4), math.sin(math.pi / 4), 0.0, 0.0)  # z turned onto y
 
 
@@ -45,8 +45,8 @@ class RobotBody:
 
     def _build_wheels(self, scene: SceneApi, robot: Profile) -> None:
         for side, name in ((1, "left"), (-1, "right")):
-            position = (0.0, side * min(robot.wheelbase / 2 + 0.034, robot.radius), WHEEL_RADIUS)
-            for part, radius, width, colour in (("tyre", WHEEL_RADIUS, 0.018, TYRE), ("hub", 0.018, 0.021, BODY)):
+            position = (0.0, side * min(robot.wheelbase / 2 + 0.034, robot.radius), WHEEL_RADIUS_M)
+            for part, radius, width, colour in (("tyre", WHEEL_RADIUS_M, 0.018, TYRE), ("hub", 0.018, 0.021, BODY)):
                 scene.add_cylinder(
                     f"/robot/{name}/{part}",
                     radius,

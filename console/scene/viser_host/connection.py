@@ -9,7 +9,7 @@ from websockets.exceptions import ConnectionClosedOK
 from console.access.logins import Person
 
 MAX_WAITING_MESSAGES = 256  # messages that may wait for viser; past that the browser floods
-SEND_TIME = 10.0  # [s] for one frame; a browser that takes longer is disconnected
+SEND_TIME_S = 10.0  # for one frame; a browser that takes longer is disconnected
 
 Vector = tuple[float, float, float]
 
@@ -80,7 +80,7 @@ class Connection:
         if self._closed:
             raise ConnectionClosedOK(None, None)
         try:
-            async with asyncio.timeout(SEND_TIME):
+            async with asyncio.timeout(SEND_TIME_S):
                 await self._send(frame)
         except Exception:
             self.eof()

@@ -19,7 +19,7 @@ LONE_MOST = 0.5  # of all dark patches so large that are such squares: noise has
 LONE_GAP, LONE_GAP_PX = 0.15, 4.0  # share of their side, and [pixel]: corners of squares so near each other touch
 LONE_CONTRAST = 60.0  # grey levels between such squares and the paper
 LOOKED_AT_PX = 640  # longest side of the copy in which the reason is sought
-LEAST_SEARCHED = 60  # [pixel] of a picture's side
+MIN_SEARCHED_PX = 60  # of a picture's side
 LEAST_COUNT = 12  # corners of a board that is believed
 PASSED_OVER_SHARE = 0.15  # of the spacing that a corner lies off its grid where others were passed over
 LEAST_OTHER_SHARE = 0.2  # of the picture's longest side that a board of another size spans at least: the one shown
@@ -126,7 +126,7 @@ def _are_squares(seen: Board, board: Board) -> bool:
 
 def _another_board(grey: Array, board: Board) -> Board | None:
     """The board of another size that is in a small picture, whole; named as the entered one lies."""
-    if min(grey.shape) < LEAST_SEARCHED:
+    if min(grey.shape) < MIN_SEARCHED_PX:
         return None
     found, corners, meta = cv2.findChessboardCornersSBWithMeta(grey, (3, 3), ANY_SIZE)
     if not found:

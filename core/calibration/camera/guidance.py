@@ -11,7 +11,7 @@ from core.calibration.projection import PAPER, Poses, project, vector_of
 from core.message import Array, message
 from core.optics import CameraModel
 
-LEAST_NOISE = 0.02  # [pixel]: no corner is believed better than this
+MIN_NOISE_PX = 0.02  # no corner is believed better than this
 
 
 # Poses from which the next one is chosen.
@@ -56,7 +56,7 @@ def advise(
     poses = candidates(model, board, FIRST_SEED + asked)
     known, noise, around = prior(model), USUAL_NOISE_PX, None
     if calibration is not None:
-        seen, noise = calibration.poses.take(calibration.used), max(calibration.noise, LEAST_NOISE)
+        seen, noise = calibration.poses.take(calibration.used), max(calibration.noise, MIN_NOISE_PX)
         around = calibration.corners.pixels[calibration.corners.used]
         known = known + view_information(camera, seen, board.points, PAPER, noise).sum(axis=0)
     elif taken is not None and len(taken):

@@ -22,7 +22,7 @@ from core.sensors.checks import UnusableReading, fault
 MOST_BYTES = 40 * 2**20
 MOST_PIXELS = 2**25
 MOST_OF_A_PHOTOGRAPH = 2**26  # pixels: telephones take 50 million
-LEAST_SIDE = 64  # [pixel]
+MIN_SIDE_PX = 64
 MAX_TAIL_BYTES = 4096  # bytes after the end mark that cameras and editors are known to add
 PNG_HEAD = b"\x89PNG\r\n\x1a\n"
 DAMAGE = re.compile(rb"Corrupt JPEG data: (?!([012]) extraneous bytes)")  # webcams are known to add two bytes
@@ -77,7 +77,7 @@ def decode(content: bytes, how: int, *, upright: bool = False, live: bool = Fals
     most = MOST_OF_A_PHOTOGRAPH if upright else MOST_PIXELS
     if header.width * header.height > most:
         raise BadInput(f"it announces {header.width}x{header.height} pixels; at most {most // 2**20} Mpx are read")
-    if min(header.width, header.height) < LEAST_SIDE:
+    if min(header.width, header.height) < MIN_SIDE_PX:
         raise BadInput(f"it is only {header.width}x{header.height} pixels")
     if not header.complete:
         raise BadInput("the file is cut off")

@@ -15,9 +15,9 @@ from core.sensors.checks import refusal
 
 MOST_BYTES = 32 * 2**20
 MOST_POINTS = 2_000_000
-SAME_BEAM = 1e-4  # [rad]: bearings closer than this belong to the same beam
+SAME_BEAM_ANGLE_RAD = 1e-4  # bearings closer than this belong to the same beam
 UNITS = {"rad": 1.0, "deg": math.pi / 180, "degrees": math.pi / 180, "m": 1.0, "cm": 0.01, "mm": 1e-3, "inch": 0.0254}
-WIDEST = 2 * math.pi + 0.1  # [rad] from the first to the last beam
+MAX_VIEW_RAD = 2 * math.pi + 0.1  # from the first to the last beam
 KINDS = {"F4": "<f4", "F8": "<f8", "I1": "<i1", "I2": "<i2", "I4": "<i4", "U1": "<u1", "U2": "<u2", "U4": "<u4"}
 
 
@@ -44,10 +44,10 @@ def polar(points: Array) -> Array:
 def _on_common_beams(scans: list[Array]) -> tuple[Array, Array]:
     """Scans of (bearing, range) → all bearings that occur, and every scan on them."""
     every = np.sort(np.concatenate([scan[:, 0] for scan in scans]))
-    bearings = every[np.concatenate(([True], np.diff(every) > SAME_BEAM))]
+    bearings = every[np.concatenate(([True], np.diff(every) > SAME_BEAM_ANGLE_RAD))]
     ranges = np.full((len(scans), len(bearings)), np.nan)
     for row, scan in enumerate(scans):
-        place = np.clip(np.searchsorted(bearings, scan[:, 0] + SAME_BEAM) - 1, 0, len(bearings) - 1)
+        place = np.clip(np.searchsorted(bearings, scan[:, 0] + SAME_BEAM_ANGLE_RAD) - 1, 0, len(bearings) - 1)
         ranges[row, place] = scan[:, 1]
     return bearings, ranges
 
@@ -70,7 +70,7 @@ def _read_csv(path: Path) -> list[Array]:
         around = wrap_all(points[:, 0])  # 0 to 2π as well as -π to π
         breaks = np.flatnonzero((np.diff(points[:, 0]) < -0.1) & (np.diff(around) < -0.1)) + 1
         angles = points[np.isfinite(points[:, 0]), 0]
-        if len(angles) and np.ptp(angles) > WIDEST:
+        if len(angles) and np.ptp(angles) > MAX_VIEW_RAD:
             first, last = f"{angles.min():.4g}", f"{angles.max():.4g}"
             raise refusal("laser.degrees", path.name, first=first, last=last)
         points[:, 0] = around

@@ -15,12 +15,12 @@ from core.setting import Meta, Section
 
 # A turn and a shift estimated from pairs, many of which are wrong: a mixture of true pairs and chance ones.
 
-SHIFT_SD = 0.01  # [m] how far a mount is thought to move sideways before anything is seen
-TURN_SD = math.radians(4)  # [rad]
-BIAS = math.radians(0.12)  # [rad] sd by which one corner and its edge may disagree for good: frames, rounded walls
+SHIFT_SD_M = 0.01  # how far a mount is thought to move sideways before anything is seen
+TURN_SD_RAD = math.radians(4)
+EDGE_BIAS_SD_RAD = math.radians(0.12)  # by which a corner and its edge may disagree for good: frames, rounded walls
 MAX_ROUNDS = 25
 CONVERGED_STEP_RAD = 1e-5  # a round that changes less is the last one
-BIN = math.radians(0.25)
+BEARING_BIN_RAD = math.radians(0.25)
 
 
 @message
@@ -63,7 +63,7 @@ def fit(pairs: Gathered) -> TransformFit | None:
     _, own = np.unique(pairs.corner, return_inverse=True)
     weights = pairs.weight * belongs / pairs.sd**2
     rest = -pairs.off - rows @ answer
-    prior = np.diag([1 / TURN_SD**2, 1 / SHIFT_SD**2])
+    prior = np.diag([1 / TURN_SD_RAD**2, 1 / SHIFT_SD_M**2])
     many = int((np.bincount(own, pairs.weight * belongs) > 1.0).sum())
     if many < 3:
         return None
@@ -72,7 +72,7 @@ def fit(pairs: Gathered) -> TransformFit | None:
     middle = sums.T @ sums * many / (many - 2)
     seen = inward @ (middle + prior) @ inward
     levers = np.column_stack([np.bincount(own, weights * row) for row in rows.T])
-    thought = inward @ (BIAS**2 * levers.T @ levers) @ inward + inward
+    thought = inward @ (EDGE_BIAS_SD_RAD**2 * levers.T @ levers) @ inward + inward
     sds = np.sqrt(np.maximum(np.diag(seen), np.diag(thought)))
     usual = weights @ rows / weights.sum()
     return TransformFit(
@@ -89,15 +89,15 @@ def fit(pairs: Gathered) -> TransformFit | None:
 
 def _starts(pairs: Gathered) -> list[float]:
     """Turns [rad] to begin with: none, and where the pairs gather."""
-    edges = np.arange(-WINDOW_RAD, WINDOW_RAD + BIN, BIN)
+    edges = np.arange(-WINDOW_RAD, WINDOW_RAD + BEARING_BIN_RAD, BEARING_BIN_RAD)
     counts, _ = np.histogram(-pairs.off, edges, weights=pairs.weight)
     counts = np.convolve(counts, [0.5, 1.0, 0.5], "same")
-    return [0.0, float(edges[int(counts.argmax())] + 0.5 * BIN)]
+    return [0.0, float(edges[int(counts.argmax())] + 0.5 * BEARING_BIN_RAD)]
 
 
 def _climb(pairs: Gathered, rows: Array, answer: Array) -> tuple[Array, Array, float]:
     """One start → (turn, shift), the share (N,) with which each pair belongs together, and the log likelihood."""
-    prior = np.diag([1 / TURN_SD**2, 1 / SHIFT_SD**2])
+    prior = np.diag([1 / TURN_SD_RAD**2, 1 / SHIFT_SD_M**2])
     share, chance = 0.5, 1 / (2 * WINDOW_RAD)
     belongs = np.zeros(len(rows))
     likelihood = -math.inf

@@ -30,7 +30,7 @@ from core.errors import BadInput
 from core.geometry import Transform
 from core.message import Array
 
-ANOTHER = np.deg2rad(45)  # [rad]: a mount turned by more than this is another one, not a better estimate of this one
+MAX_CORRECTION_RAD = np.deg2rad(45)  # a mount turned by more is another one, not a better estimate of this one
 FIRST_MISFIT = 1000.0  # at first: the mount is believed until the data have shown how well they agree …
 MISFIT_ROUNDS = 5  # … which takes so many turns
 FITTED_GAIN = 0.5  # gain below which a direction is not counted as fitted
@@ -147,7 +147,7 @@ def _search(problem: ExtrinsicsProblem) -> Transform:
         middle = float(np.median(chi_squares(problem.seen(), other)))
         if middle < least and not behind(problem.seen(), other):
             least, best = middle, other.rotation
-    if scipy.spatial.transform.Rotation.from_matrix(best @ nominal.rotation.T).magnitude() < ANOTHER:
+    if scipy.spatial.transform.Rotation.from_matrix(best @ nominal.rotation.T).magnitude() < MAX_CORRECTION_RAD:
         return nominal
     axes = turns[int(np.argmax(np.trace(turns @ best.T, axis1=1, axis2=2)))]
     problem.mount = Mount(nominal=Transform(rotation=axes, translation=np.zeros(3)), spread=problem.mount.spread)

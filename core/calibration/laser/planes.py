@@ -10,7 +10,7 @@ from core.calibration.projection import Poses, cross_matrices, linearise, vector
 from core.message import Array, message
 from core.optics import CameraModel
 
-LEAST_NOISE = 0.05  # [pixel]: no corner is believed better than this
+MIN_NOISE_PX = 0.05  # no corner is believed better than this
 
 
 @message
@@ -45,7 +45,7 @@ def board_pose(model: CameraModel, board: Board, corners: Array) -> BoardPose:
     solution, _ = bundle_adjustment.rescue(seen, solution, ratio=1.0)
     solution = BundleSolution(camera, bundle_adjustment.refine_poses(seen, solution, steps=30))
     squares = float(np.sum(bundle_adjustment.errors(seen, solution) ** 2))
-    noise = max(np.sqrt(squares / (2 * board.count - 6)), LEAST_NOISE)
+    noise = max(np.sqrt(squares / (2 * board.count - 6)), MIN_NOISE_PX)
     by_pose = linearise(camera, solution.poses, board.points).by_pose[0]
     covariance = noise**2 * np.linalg.inv(by_pose.T @ by_pose)
     return BoardPose(

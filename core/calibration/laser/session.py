@@ -88,7 +88,7 @@ def progress_of(
 
 
 ADVISED_NEWNESS = 1.5  # times as new as a pose has to be are the poses that are advised: hands miss
-RANGE_SD = 0.007  # [m] of an averaged range, until it has been measured
+RANGE_SD_M = 0.007  # of an averaged range, until it has been measured
 
 
 # Conditions under which a pose is taken by itself.
@@ -296,7 +296,7 @@ class LaserSession(BoardSession[TakenPose, LaserCalibration]):
         if not len(self._rays):
             return None
         known = self.calibration
-        found, sd = (None, RANGE_SD) if known is None else (known.extrinsics, known.range_sd)
+        found, sd = (None, RANGE_SD_M) if known is None else (known.extrinsics, known.range_sd)
         boards = [pose.board for pose in self.poses]
         taken = Poses(
             np.array([board.rotation for board in boards]).reshape(-1, 3, 3),

@@ -22,7 +22,7 @@ from core.sensors.laser import Scan
 FIRST_TURN, FIRST_SHIFT = np.deg2rad(8), 0.15  # [rad], [m]: how far a mount may be off its nominal value at first
 HELD_TURN, HELD_SHIFT = np.deg2rad(0.5), 0.005  # [rad], [m]: what is left open, while the squares are checked
 LINE_CHI2 = 25.0  # chi-square (2 dof) up to which a line may belong to the board as the nominal mount predicts it
-RANGE_FLOOR = 0.002  # [m]: no averaged range is believed better than this
+RANGE_FLOOR_M = 0.002  # no averaged range is believed better than this
 
 
 MAX_SELECT_ROUNDS = 5  # of selecting and solving
@@ -177,7 +177,7 @@ def _range_sd(poses: Sequence[LaserPose], beams: Sequence[Array]) -> float:
         for pose, each in zip(poses, beams, strict=True)
         if len(each) > 2
     ]
-    return max(float(np.sqrt(np.median(spreads))), RANGE_FLOOR)
+    return max(float(np.sqrt(np.median(spreads))), RANGE_FLOOR_M)
 
 
 def _seen(beams: Sequence[Array]) -> int:

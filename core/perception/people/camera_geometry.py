@@ -13,8 +13,8 @@ from core.perception.people.legs import LegCluster
 from core.perception.people.parts import PeopleSettings
 from core.sensors import Camera
 
-CAMERA_SD = 0.03  # [m] across, of where a rectangle's axis is
-CAMERA_FLOOR = 0.012  # [rad]
+CAMERA_SD_M = 0.03  # across, of where a rectangle's axis is
+CAMERA_FLOOR_RAD = 0.012
 LEGS_BESIDE_M = 0.25  # of legs to the axis of the rectangle that they belong to
 DISTANCE_FACTORS = (0.94, 1.0, 1.06)  # times a distance that is looked at
 
@@ -71,8 +71,8 @@ def on_legs(rectangle: Rectangle, stander: LegCluster | None, settings: PeopleSe
 
 def ray_of(rectangle: Rectangle, eye: Pose, pose: Pose) -> Ray:
     """A rectangle as a bearing in the world, from the camera at `eye`."""
-    floor = CAMERA_FLOOR if rectangle.bearing_sd is None else rectangle.bearing_sd
-    sd = math.hypot(floor, CAMERA_SD / max(rectangle.distance, 0.1))
+    floor = CAMERA_FLOOR_RAD if rectangle.bearing_sd is None else rectangle.bearing_sd
+    sd = math.hypot(floor, CAMERA_SD_M / max(rectangle.distance, 0.1))
     return Ray(x=eye.x, y=eye.y, azimuth=pose.heading + rectangle.bearing, sd=sd)
 
 

@@ -28,7 +28,7 @@ SHARES: dict[Sense, float] = {"sound": 1.0, "camera": 0.5, "laser": 0.2}
 """Weight of each sense: the voice says who called, a picture that a person is there, legs may be a chair's."""
 MAX_ROUNDS = 10
 GUESSED_SD_SHARE = 0.15  # share of a distance that only the picture gives
-LEGS_SD = 0.07  # [m] of a place that the laser gives
+LEGS_SD_M = 0.07  # of a place that the laser gives
 LEGS_WEIGHT = 0.5  # weight of two legs that no picture showed to be a person's
 WEDGE_SDS = 3.0  # sd of a voice's direction within which legs are kept
 MIN_TURN_RAD, MIN_MOVE_M = 0.1, 0.1  # between two poses from which coordinates are gathered
@@ -98,12 +98,12 @@ class GatheredCoordinates:
             x, y = pose.apply(legs.place[None])[0].tolist()
             if not any(abs(wrap(one.ray.bearing_to(x, y) - one.azimuth)) < WEDGE_SDS * one.sd for one in self._calls):
                 continue
-            sd = LEGS_SD / max(legs.distance, LEGS_SD)
+            sd = LEGS_SD_M / max(legs.distance, LEGS_SD_M)
             ray = Ray(x=pose.x, y=pose.y, azimuth=pose.heading + legs.bearing, sd=sd)
             weight = LEGS_WEIGHT * legs.legs / 2
             self._seen.append(
                 Coordinate(
-                    sense="laser", stamp=stamp, ray=ray, distance=legs.distance, distance_sd=LEGS_SD, weight=weight
+                    sense="laser", stamp=stamp, ray=ray, distance=legs.distance, distance_sd=LEGS_SD_M, weight=weight
                 )
             )
 
@@ -120,7 +120,7 @@ class GatheredCoordinates:
                 stamp=person.stamp,
                 ray=ray,
                 distance=far,
-                distance_sd=LEGS_SD if "laser" in person.used else GUESSED_SD_SHARE * far,
+                distance_sd=LEGS_SD_M if "laser" in person.used else GUESSED_SD_SHARE * far,
                 weight=min(rectangle.value, 1.0),
             )
         )

@@ -15,9 +15,9 @@ MIN_LEG_WIDTH_M = 0.065  # across of a leg: a table's or a chair's, where it is 
 MAX_STANCE_M = 0.46  # between the two legs of a walking person
 MIN_POINTS = 2  # points
 RADIAL_SD, ACROSS_SD = 0.05, 0.05  # [m] of the place of a person whose legs were measured
-SINGLE_SD = 0.07  # [m] the same where only one leg was seen
+SINGLE_SD_M = 0.07  # the same where only one leg was seen
 HIDDEN_LEG_M = 0.08  # that a person's middle is behind the one leg that is seen: it hides the other
-ONE_LEG = 0.20  # [m] across: what is wider is both
+ONE_LEG_WIDTH_M = 0.20  # across: what is wider is both
 MIN_WIDTH_M = 0.06  # from the first to the last point on a leg of which nothing but the laser tells
 MIN_GAP_M = 0.05  # between two such legs before which nothing else is seen
 MAX_RANGE_M = 6.0
@@ -106,7 +106,7 @@ def _alone(piece: Array, number: int) -> LegCluster:
     gaps = np.flatnonzero(np.hypot(*np.diff(piece, axis=0).T) > MIN_GAP_M) + 1
     parts = np.split(piece, gaps.tolist())
     distinct = len(parts) <= 2 and _are_legs(*parts)
-    if _width(piece) > ONE_LEG:
+    if _width(piece) > ONE_LEG_WIDTH_M:
         return replace(stander_at(middle, 2, number), distinct=distinct)
     alone = stander_at(middle * (1 + HIDDEN_LEG_M / max(float(np.hypot(*middle)), 1e-6)), 1, number)
     return replace(alone, distinct=distinct)
@@ -114,7 +114,7 @@ def _alone(piece: Array, number: int) -> LegCluster:
 
 def _are_legs(*pieces: Array) -> bool:
     """Return whether none is wider than a leg, and one is not thinner; it may hide a part of the other."""
-    return MIN_WIDTH_M <= max(map(_width, pieces)) <= ONE_LEG
+    return MIN_WIDTH_M <= max(map(_width, pieces)) <= ONE_LEG_WIDTH_M
 
 
 def _width(piece: Array) -> float:
@@ -137,7 +137,7 @@ def stander_at(place: Array, legs: int = 2, *pieces: int) -> LegCluster:
     """Legs at a place (2,) [m] in the robot's frame; `pieces` of the scan."""
     away = place / max(float(np.hypot(*place)), 1e-6)
     across = np.array([-away[1], away[0]])
-    sd = ACROSS_SD if legs == 2 else SINGLE_SD
-    radial = RADIAL_SD if legs == 2 else SINGLE_SD
+    sd = ACROSS_SD if legs == 2 else SINGLE_SD_M
+    radial = RADIAL_SD if legs == 2 else SINGLE_SD_M
     covariance = radial**2 * np.outer(away, away) + sd**2 * np.outer(across, across)
     return LegCluster(place=place, covariance=covariance, legs=legs, pieces=frozenset(pieces))

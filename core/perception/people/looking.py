@@ -8,7 +8,7 @@ from core.message import Array, message
 from core.perception.people.detector import Rectangle
 from core.sensors import Camera
 
-ASKED_SD = 0.05  # [rad] of a direction of which no sd is known
+ASKED_SD_RAD = 0.05  # of a direction of which no sd is known
 
 
 @message
@@ -19,7 +19,7 @@ class LookQuestion:
     camera: Camera
     stamp: float = 0.0  # [s] of the picture
     bearing: float | None = None  # [rad] robot frame, from the camera; None: anywhere in the picture
-    sd: float = ASKED_SD  # [rad] of that bearing
+    sd: float = ASKED_SD_RAD  # [rad] of that bearing
     distances: tuple[float, ...] = ()  # [m] from the camera: where the laser sees something; (): not known
     on_floor: bool = True  # the camera's height above a level floor is that of its mounting; else it is not known
 

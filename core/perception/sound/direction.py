@@ -13,7 +13,7 @@ from core.geometry import rotation, wrap
 from core.message import Array, message
 from core.perception.sound.plane_wave import PlaneWaveFit
 
-WIDEST = math.pi / math.sqrt(3)  # [rad] the standard deviation of an azimuth of which nothing is known
+MAX_AZIMUTH_SD_RAD = math.pi / math.sqrt(3)  # the standard deviation of an azimuth of which nothing is known
 AHEAD_RAD = 0.15  # to either side of straight ahead, or behind, that counts as that in words
 
 
@@ -44,12 +44,12 @@ class Direction:
     def azimuth_sd(self) -> float:
         """Standard deviation of the azimuth [rad]."""
         level = math.hypot(self.towards[0], self.towards[1])
-        return min(WIDEST, math.sqrt(self.covariance[0, 0]) / max(level, 1e-6))
+        return min(MAX_AZIMUTH_SD_RAD, math.sqrt(self.covariance[0, 0]) / max(level, 1e-6))
 
     @property
     def elevation_sd(self) -> float:
         """Standard deviation of the elevation [rad]."""
-        return min(WIDEST, math.sqrt(self.covariance[1, 1]))
+        return min(MAX_AZIMUTH_SD_RAD, math.sqrt(self.covariance[1, 1]))
 
     @property
     def misfit(self) -> float:

@@ -36,14 +36,14 @@ MOST_TALKERS = 2
 MOTORS_MEMORIES = 6  # of the noise, after which the robot's own motors are forgotten
 BEFORE_S, AFTER_S = 0.6, 0.1  # before words that show the noise, and after them that are still theirs
 MIN_TALKED_STRENGTH, TALKED_SHARE = 0.5, 0.25  # of who talked before words, and what of it is left in them, at least
-WIDEST_TALKER = 0.6  # [rad] from a talker, within which a direction is theirs at most
+MAX_TALKER_RAD = 0.6  # from a talker, within which a direction is theirs at most
 MOST_IN_WORDS = 3  # directions of words: the talker's, an echo's, another talker's
 
 
 def _less_where(one: Direction, talked: Sequence[Direction]) -> Direction:
     """A direction in words, with less strength where someone talked from there before them."""
     near = any(
-        one.angle_to(other.towards) < min(3 * math.hypot(one.azimuth_sd, other.azimuth_sd), WIDEST_TALKER)
+        one.angle_to(other.towards) < min(3 * math.hypot(one.azimuth_sd, other.azimuth_sd), MAX_TALKER_RAD)
         for other in talked
     )
     return replace(one, strength=TALKED_SHARE * one.strength) if near else one

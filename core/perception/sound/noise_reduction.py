@@ -11,13 +11,13 @@ from core.perception.sound.stft import analyse, quiet, synthesise
 
 MIN_GAIN = 0.25  # least gain: what is left of the noise hides the gaps that would sound like consonants
 RATIO_MEMORY = 0.96  # of the ratio of the frame before
-LEAST_BEFORE = 0.1  # [s] of noise from which it is learnt at all
+MIN_NOISE_S = 0.1  # of noise from which it is learnt at all
 SILENT_POWER = 1e-14  # power of rounding
 
 
 def without_noise(samples: Array, rate: int, before: int) -> Array:
     """Samples (N,), of which the first `before` hold noise alone → the same with less of that noise."""
-    if before < LEAST_BEFORE * rate:
+    if before < MIN_NOISE_S * rate:
         return samples
     spectra = analyse(samples[:, None], rate)[:, :, 0]  # (K, T)
     power = np.abs(spectra) ** 2

@@ -14,8 +14,8 @@ import numpy as np
 
 from core.message import Array, message
 
-LAG_SD = 0.0007  # [m] of a microphone's time, in a sound that comes from one direction alone
-ECHO_SD = 0.008  # [m] added to it for a sound without a direct path; less with more strength
+LAG_SD_M = 0.0007  # of a microphone's time, in a sound that comes from one direction alone
+ECHO_SD_M = 0.008  # added to it for a sound without a direct path; less with more strength
 MAX_SPEED_RATIO = 1.02  # of the speed of sound along the array: warmer air, a profile that is a little too large
 NOISE_LEAN = 0.08  # of an array's radius: noise from everywhere is never quite even (48 waves: 1 / sqrt(3 · 48))
 CHANCE_SDS = 1.645  # a misfit that one sound in twenty has by chance adds nothing to a direction's deviation
@@ -79,7 +79,7 @@ def _beyond_chance(sd: float, expected: float, freedom: int) -> float:
 
 def noise_sd_of(positions: Array) -> float:
     """Positions (M, D) [m] → deviation [m] of one microphone's time in noise from everywhere."""
-    return math.hypot(LAG_SD, NOISE_LEAN * math.sqrt(float(np.sum(np.var(positions, axis=0)))))
+    return math.hypot(LAG_SD_M, NOISE_LEAN * math.sqrt(float(np.sum(np.var(positions, axis=0)))))
 
 
 def explain(positions: Array, times: Array) -> tuple[Array, Array, Array]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from core.message import Array
 from core.perception.sound.least_squares import axes_of
-from core.perception.sound.plane_wave import ECHO_SD, LAG_SD, PlaneWaveFit, explain, noise_sd_of
+from core.perception.sound.plane_wave import ECHO_SD_M, LAG_SD_M, PlaneWaveFit, explain, noise_sd_of
 from core.perception.sound.spectra import Noise
 from core.perception.sound.srp import STEPS_PER_SAMPLE, Correlation
 from core.sensors.microphones import MicrophoneArray
@@ -66,7 +66,7 @@ def fit_plane_wave(
         within=within[:, 0],
         residuals=residuals[:, 0],
         freedom=int(freedom[0]),
-        expected_sd=math.hypot(array.position_sd, LAG_SD, ECHO_SD * (1 - strength), math.sqrt(uncertain)),
+        expected_sd=math.hypot(array.position_sd, LAG_SD_M, ECHO_SD_M * (1 - strength), math.sqrt(uncertain)),
         expected_noise_sd=noise_sd_of(places),
         shared=np.maximum(shared, shared.T).max(1),
         noise_times=None if noise.has_motors else _noise_times(noise, correlation, array),

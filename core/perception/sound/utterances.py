@@ -9,9 +9,9 @@ from core.perception.sound.spectra import noise_of, over_noise, quiet_frames, sp
 from core.perception.sound.voice_activity import VoiceActivityDetector, active_share
 from core.sensors.microphones import MicrophoneArray, Sound
 
-AT_ONCE = 60.0  # [s] of sound that are looked through together
+BLOCK_S = 60.0  # of sound that are looked through together
 LEAD_S = 0.5  # before an utterance that show the noise
-LEAST_LEAD = 0.3  # [s]; with less, the quietest moments of all are taken for noise
+MIN_LEAD_S = 0.3  # before the first word: with less, the quietest moments of all are taken for noise
 TAIL_S = 0.1
 MIN_UTTERANCE_S = 0.1  # that can be looked at
 MOST_TALKERS = 3
@@ -33,7 +33,7 @@ def utterances(
     found: list[SpeechSpan] = []
     begin, end = sound.stamp, sound.stamp + sound.duration
     while end - begin > MIN_UTTERANCE_S:
-        part = sound.part(begin, end if end - begin < 1.5 * AT_ONCE else begin + AT_ONCE)
+        part = sound.part(begin, end if end - begin < 1.5 * BLOCK_S else begin + BLOCK_S)
         found += _within(part, array, settings)
         begin = part.stamp + part.duration
     return tuple(found)
@@ -53,11 +53,11 @@ def directions(
         while span.end - begin > MIN_UTTERANCE_S:
             stop = min(span.end, begin + settings.longest)
             part = sound.part(begin - LEAD_S, stop + TAIL_S)
-            first = begin == span.begin and begin - part.stamp >= LEAST_LEAD
+            first = begin == span.begin and begin - part.stamp >= MIN_LEAD_S
             found += _seen(part, array, begin if first else None, settings)
             begin = stop
     if not found and sound.duration > MIN_UTTERANCE_S:
-        found += _seen(sound.part(sound.stamp, sound.stamp + AT_ONCE), array, None, settings)
+        found += _seen(sound.part(sound.stamp, sound.stamp + BLOCK_S), array, None, settings)
     return tuple(sorted(found, key=lambda one: one.stamp))
 
 

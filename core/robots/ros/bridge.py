@@ -39,16 +39,16 @@ from core.sensors.scan_gate import RangeUnit, checked_angles
 FAILSAFE_WORDS = "Unknown whether it stops by itself; ask the robot's maker."
 NO_FAILSAFE = "The robot's controller has cmd_vel_timeout = 0: it does not stop when the link is lost. Set it to 0.5."
 ZERO_MESSAGES = 5  # messages that say zero, then silence: someone else may drive
-ZERO_PERIOD = 0.02  # [s] between them
-LOCK_PERIOD = 0.1  # [s] of the lock's heartbeat
+ZERO_PERIOD_S = 0.02  # between them
+LOCK_PERIOD_S = 0.1  # of the lock's heartbeat
 
 UNMOVED_S = 1.5  # [s] of speeds by which a base has moved, where it takes them
 MOVED_M, MOVED_RAD = 0.005, 0.01  # [m], [rad] of odometry from which it has
 
-SAME_CLOCK = 10.0  # [s] by which stamps of one clock differ at most; a longer lag looks like another clock
+SAME_CLOCK_S = 10.0  # by which stamps of one clock differ at most; a longer lag looks like another clock
 MOST_CLOCKS = 8
 MAX_SPEED_HELD_S = 0.5  # over which a speed is carried on to the next one
-SOUND_GAP = 0.1  # [s] by which a block of sound may come early or late and still follow the one before
+SOUND_GAP_S = 0.1  # by which a block of sound may come early or late and still follow the one before
 MIN_RESTART_S = 8.0  # that a computer with ROS takes to start, at least
 
 
@@ -81,7 +81,7 @@ class RosClocks:
 
     def _agreeing(self, own: float, received: float) -> DeviceClock:
         for clock in self._clocks:
-            if clock.offset is not None and abs(received - own - clock.offset) < SAME_CLOCK:
+            if clock.offset is not None and abs(received - own - clock.offset) < SAME_CLOCK_S:
                 return clock
         self._clocks.appendleft(DeviceClock(follows=self._simulated))
         return self._clocks[0]
@@ -394,7 +394,7 @@ class RosSensors:
         form = said or SampleForm()
         samples = form.samples_of(packed)
         stamp = self._clocks.stamp(topic, own, received)
-        if abs(stamp - self._sound_end) < SOUND_GAP:
+        if abs(stamp - self._sound_end) < SOUND_GAP_S:
             stamp = self._sound_end
         self._sound_end = stamp + len(samples) / form.rate
         if self._readings is not None and len(samples):
@@ -535,9 +535,9 @@ class VelocityCommands:
         """Send what is due; call it at least 20 times a second."""
         with self._guard:
             now = self._clock()
-            if 0 < self._owed < ZERO_MESSAGES and now - self._sent >= ZERO_PERIOD:
+            if 0 < self._owed < ZERO_MESSAGES and now - self._sent >= ZERO_PERIOD_S:
                 self._put_zero()
-            if now - self._locked >= LOCK_PERIOD:
+            if now - self._locked >= LOCK_PERIOD_S:
                 self._beat()
 
     def let_drive(self, let: bool) -> None:

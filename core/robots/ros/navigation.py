@@ -27,7 +27,7 @@ MAX_COORDINATE_M = 10_000.0  # from its map's origin that anything can be
 MIN_CELL_M, MAX_CELL_M = 0.001, 2.0  # of a cell
 MAX_MAP_TILT = 0.01  # share by which a map may be tilted
 ODOMETRY_READINGS = 200  # readings of odometry, for the one that fits a pose
-SAME_TIME = 0.3  # [s] between a pose and the odometry that fits it
+SAME_TIME_S = 0.3  # between a pose and the odometry that fits it
 ARRIVED_DISTANCE_M, STANDING_SPEED_M_S, RESTING_TIME_S = 0.3, 0.02, 3.0  # at which a goal is taken to be reached
 
 SendGoalMessage = Callable[[str, Pose], None]  # frame, goal; raises OSError when the link is lost
@@ -86,7 +86,7 @@ class RosNavigation:
             self._pose = stamp, pose
             fitting = min(self._odometry, key=lambda entry: abs(entry[0] - own), default=None)
             known_by_frames = self._known_from != "" and self._known_from == self._topics.moving_frames
-            if fitting is not None and not known_by_frames and abs(fitting[0] - own) < SAME_TIME:
+            if fitting is not None and not known_by_frames and abs(fitting[0] - own) < SAME_TIME_S:
                 self._map_from_odometry, self._known_from = pose @ fitting[1].inverse(), self._topics.pose
 
     def take_frames(self, content: Any) -> None:

@@ -31,7 +31,7 @@ from core.robots.ros.typestore import BOOL, GOAL, TWIST, TWIST_STAMPED, RobotTyp
 from core.sensors.checks import Fault, fault
 
 TIMEOUT = "cmd_vel_timeout"  # parameter of the robot's controller: after how long a silence the base stops
-LONGEST_TIMEOUT = 60.0  # [s]
+MAX_TIMEOUT_S = 60.0
 SENT_AS: dict[SpeedsType, str] = {"Twist": TWIST, "TwistStamped": TWIST_STAMPED}
 
 
@@ -40,7 +40,7 @@ def stopping(values: Iterable[object]) -> float | None:
     usable = [
         float(value)
         for value in values
-        if isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value < LONGEST_TIMEOUT
+        if isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value < MAX_TIMEOUT_S
     ]
     return 0.0 if 0.0 in usable else max(usable, default=None)
 

@@ -21,9 +21,9 @@ from websockets.protocol import CLOSED, OPEN
 from websockets.typing import Subprotocol
 from websockets.uri import parse_uri
 
-AT_ONCE = 1 << 18  # [bytes] that are taken from the system together
-MOST_WAITING = 1 << 20  # [bytes] that are read before their messages are looked at
-LARGEST = 1 << 26  # [bytes] of a message
+RECEIVE_BYTES = 1 << 18  # that are taken from the system together
+MAX_WAITING_BYTES = 1 << 20  # that are read before their messages are looked at
+MAX_MESSAGE_BYTES = 1 << 26  # of a message
 SEND_TIMEOUT_S = 1.0  # for which a robot may take nothing before the link counts as lost
 PING_AFTER_S, PONG_TIMEOUT_S = 2.0, 5.0  # of silence after which the robot is asked, and for its answer
 FAREWELL_S = 0.3  # for what was sent last to be taken, and for the other end to hang up
@@ -50,7 +50,9 @@ class WebSocket:
         """
         self._end, self._mutex = end, threading.Lock()
         self._protocol = ClientProtocol(
-            parse_uri(url), subprotocols=[Subprotocol(name) for name in subprotocols] or None, max_size=LARGEST
+            parse_uri(url),
+            subprotocols=[Subprotocol(name) for name in subprotocols] or None,
+            max_size=MAX_MESSAGE_BYTES,
         )
         self._parts: list[bytes] = []  # of a message that comes in several
         self._is_text = False
@@ -68,7 +70,7 @@ class WebSocket:
         arrived, self._waiting = self._waiting, []
         size = 0
         wait = 0.0 if arrived else patience
-        while size < MOST_WAITING and self._is_readable(wait):
+        while size < MAX_WAITING_BYTES and self._is_readable(wait):
             raw = self._read()
             size += len(raw)
             arrived += self._messages(self._feed(raw))
@@ -98,7 +100,9 @@ class WebSocket:
         with contextlib.suppress(OSError):
             self._end.shutdown(socket.SHUT_WR)
             until = time.monotonic() + FAREWELL_S
-            while (left := until - time.monotonic()) > 0 and self._is_readable(left) and self._end.recv(AT_ONCE):
+            while (
+                (left := until - time.monotonic()) > 0 and self._is_readable(left) and self._end.recv(RECEIVE_BYTES)
+            ):
                 pass
         self._end.close()
 
@@ -128,7 +132,7 @@ class WebSocket:
 
     def _read(self) -> bytes:
         try:
-            raw = self._end.recv(AT_ONCE)
+            raw = self._end.recv(RECEIVE_BYTES)
         except TimeoutError:  # half a piece of an encrypted link
             return b""
         acknowledge_at_once(self._end)

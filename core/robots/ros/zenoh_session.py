@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 CONNECT_TIMEOUT_S = 3.0  # to reach the router
 FAREWELL_S = 0.3  # for which the end of a session is waited for; a frozen router may take it 3 s
 LEASE_MS = 2000  # of silence after which the router takes the console for gone
-LARGEST = 2**26  # [bytes] of a message; a raw picture of 4K has 25 MB
-LARGEST_READING = 2**20  # [bytes] of a message that may wait for others
+MAX_MESSAGE_BYTES = 2**26  # of a message; a raw picture of 4K has 25 MB
+MAX_READING_BYTES = 2**20  # of a message that may wait for others
 MAX_WAITING_MESSAGES = 64  # messages of a topic that may wait
 MOST_ENDPOINTS = 20_000
 ANSWER_TIMEOUT_S = 1.0  # for the answers of all nodes
@@ -66,7 +66,7 @@ class ZenohAddress:
             "transport/shared_memory/enabled": False,
             "transport/unicast/open_timeout": round(CONNECT_TIMEOUT_S * 1000),
             "transport/link/tx/lease": LEASE_MS,
-            "transport/link/rx/max_message_size": LARGEST,
+            "transport/link/rx/max_message_size": MAX_MESSAGE_BYTES,
         }
         if self.authority:
             fields["transport/link/tls/root_ca_certificate"] = self.authority
@@ -132,7 +132,7 @@ class WaitingMessages:
         """A message has come; `publisher`: who sent it, "": it does not say."""
         with self._ready:
             waiting = self._waiting[topic]
-            if len(payload) > LARGEST_READING and waiting.maxlen != 1:
+            if len(payload) > MAX_READING_BYTES and waiting.maxlen != 1:
                 self.dropped += 1
                 return
             self.dropped += len(waiting) == waiting.maxlen

@@ -15,7 +15,13 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from core.message import Array
-from core.simulation.acoustics.shoebox import HIGH_PASS, SPEED_OF_SOUND, STEPS_PER_SAMPLE, ShoeboxRoom, images_along
+from core.simulation.acoustics.shoebox import (
+    HIGH_PASS_HZ,
+    SPEED_OF_SOUND_M_S,
+    STEPS_PER_SAMPLE,
+    ShoeboxRoom,
+    images_along,
+)
 from core.simulation.settings import HardWall
 
 HALF_SAMPLES = 8  # samples on either side that count for a value in between; all sound is late by that much
@@ -30,7 +36,7 @@ PHASES = np.append(FILTER, np.zeros(STEPS_PER_SAMPLE - 1)).reshape(-1, STEPS_PER
 AT_ONCE = 6_000  # images of one piece
 DECAY_SHARE = 0.75  # of the reverberation time that is followed: 45 dB
 MAX_ROOM_RADIUS_M = 12.0  # from the middle of a room to its farthest corner that is allowed for
-IMAGE_JITTER = 0.05  # [m] by which images are moved: real walls are no perfect mirrors, and perfect mirrors ring
+IMAGE_JITTER_M = 0.05  # by which images are moved: real walls are no perfect mirrors, and perfect mirrors ring
 
 
 class Arrivals:
@@ -85,7 +91,7 @@ def echo_length(rt60: float, rate: int) -> int:
     """Samples of the responses of rooms with that reverberation time [s]; 0 without one."""
     if rt60 == 0:
         return 0
-    return cv2.getOptimalDFTSize(int((DECAY_SHARE * rt60 + MAX_ROOM_RADIUS_M / SPEED_OF_SOUND) * rate) + 64)
+    return cv2.getOptimalDFTSize(int((DECAY_SHARE * rt60 + MAX_ROOM_RADIUS_M / SPEED_OF_SOUND_M_S) * rate) + 64)
 
 
 def echo_in_pieces(
@@ -112,7 +118,7 @@ def echo_in_pieces(
             len(axis),
         )
         yield
-    ratio = np.fft.rfftfreq(length, 1 / rate) / HIGH_PASS
+    ratio = np.fft.rfftfreq(length, 1 / rate) / HIGH_PASS_HZ
     soft = ratio**2 / (1 + ratio**2)
     responses = np.zeros((count, length))
     for number, one in enumerate(axis.reshape(count, -1)):
@@ -134,7 +140,7 @@ def _batches(room: ShoeboxRoom, source: Array, rng: np.random.Generator) -> Gene
         y, z = np.nonzero((beside < reach**2 - away) & (bounces + own > 1))
         if len(y):
             images = np.column_stack((np.full(len(y), x), along[1][0][y], along[2][0][z]))
-            images += rng.uniform(-IMAGE_JITTER, IMAGE_JITTER, images.shape)
+            images += rng.uniform(-IMAGE_JITTER_M, IMAGE_JITTER_M, images.shape)
             waiting.append((images, room.reflection ** (bounces[y, z] + own)))
         if sum(len(gains) for _, gains in waiting) >= AT_ONCE:
             yield _joined(waiting)

@@ -12,9 +12,9 @@ import numpy as np
 from core.errors import BadInput
 from core.message import Array
 
-SPEED_OF_SOUND = 343.0  # [m/s] at 20 °C
+SPEED_OF_SOUND_M_S = 343.0  # at 20 °C
 STEPS_PER_SAMPLE = 16  # steps of the time axis per sample while images are placed
-HIGH_PASS = 60.0  # [Hz]: below, the images' equal signs add up to a pressure that no room holds
+HIGH_PASS_HZ = 60.0  # below, the images' equal signs add up to a pressure that no room holds
 MOST_IMAGES = 3_000_000
 
 
@@ -24,7 +24,7 @@ class ShoeboxRoom:
 
     size: tuple[float, float, float]  # [m]
     rt60: float  # [s] until the sound has fallen by 60 dB; 0: no walls at all
-    speed: float = SPEED_OF_SOUND  # [m/s]
+    speed: float = SPEED_OF_SOUND_M_S  # [m/s]
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(side) and side > 0 for side in self.size):
@@ -106,7 +106,7 @@ def _placed(delays: Array, gains: Array, length: int, rate: int) -> Array:
     axis = np.bincount(first[inside], (gains * (1 - part))[inside], length * STEPS_PER_SAMPLE)
     axis += np.bincount(first[inside] + 1, (gains * part)[inside], length * STEPS_PER_SAMPLE)
     spectrum = np.fft.rfft(axis)[: length // 2 + 1]
-    ratio = np.fft.rfftfreq(length, 1 / rate) / HIGH_PASS
+    ratio = np.fft.rfftfreq(length, 1 / rate) / HIGH_PASS_HZ
     return np.fft.irfft(spectrum * ratio**2 / (1 + ratio**2), length)
 
 
@@ -117,7 +117,9 @@ def heard(signal: Array, responses: Array) -> Array:
     return oaconvolve(signal[None], responses, axes=1)[:, : len(signal)].T
 
 
-def plane_waves(signals: Array, towards: Array, positions: Array, rate: int, speed: float = SPEED_OF_SOUND) -> Array:
+def plane_waves(
+    signals: Array, towards: Array, positions: Array, rate: int, speed: float = SPEED_OF_SOUND_M_S
+) -> Array:
     """Signals (K, N) from far sources in directions `towards` (K, 3) → what microphones (M, 3) [m] hear, (N, M)."""
     length = signals.shape[1]
     padded = length + 2 * math.ceil(float(np.abs(positions).max()) / speed * rate) + 64
@@ -140,7 +142,7 @@ def pink_noise(rng: np.random.Generator, count: int, length: int, rate: int) -> 
 
 
 def diffuse_noise(
-    rng: np.random.Generator, positions: Array, length: int, rate: int, speed: float = SPEED_OF_SOUND
+    rng: np.random.Generator, positions: Array, length: int, rate: int, speed: float = SPEED_OF_SOUND_M_S
 ) -> Array:
     """Pink noise from everywhere at microphones (M, 3) [m] → (length, M), power about 1."""
     towards = rng.normal(size=(48, 3))

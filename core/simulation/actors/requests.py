@@ -11,7 +11,7 @@ from core.simulation.world import COLOURS, GESTURES, SIZES, Thing, World
 
 BOARD, HOLDER = "board", "board's holder"  # ids of the chessboard and of who holds it
 MAX_THINGS = 30  # things that may be placed
-ELBOW_ROOM = 0.02  # [m] between the robot and what is placed next to it
+ELBOW_ROOM_M = 0.02  # between the robot and what is placed next to it
 BOX_EDGES_M = (0.05, 1.5)  # of a box
 PERSON_HEIGHTS_M = (0.8, 2.2)  # height of a person
 
@@ -41,7 +41,7 @@ def thing_asked_for(request: PlaceThing, world: World, robot: Pose, radius: floa
         tall and not others.upright(pose.x, pose.y, thing.reach, tall)
     ):
         raise BadInput(f"A {what} does not fit there; choose a place on the free floor, away from walls and things.")
-    if robot.distance_to(pose.x, pose.y) < thing.reach + radius + ELBOW_ROOM:
+    if robot.distance_to(pose.x, pose.y) < thing.reach + radius + ELBOW_ROOM_M:
         raise BadInput("The robot stands there; choose a place next to it.")
     return thing
 

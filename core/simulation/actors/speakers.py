@@ -14,11 +14,11 @@ from core.simulation.world import World
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 
 MOUTH_HEIGHT_M = 1.55  # above the floor
-MOUTH_BELOW_CROWN = 0.15  # [m]
+MOUTH_BELOW_CROWN_M = 0.15
 MOUTH_HEIGHTS_M = (0.1, 2.5)  # of a mouth
 RATE_BOUNDS_HZ = (8_000, 48_000)  # of samples that are brought along
 MAX_REQUEST_S = 15.0  # of one request
-LISTENING_ON = 60.0  # [s] for which the microphones go on after a person spoke
+LISTENING_TIME_S = 60.0  # for which the microphones go on after a person spoke
 LOUD_SHARE = 0.1  # of the loudest moment, from which a moment belongs to the speech
 MOMENT_S = 0.02
 MIN_RMS = 0.01  # RMS of full scale that is still brought up to a voice's
@@ -46,7 +46,7 @@ class Speakers:
         if ears is None:
             return None
         if ears.talking:
-            self._heard_until = stamp + LISTENING_ON
+            self._heard_until = stamp + LISTENING_TIME_S
         if not self._listen and stamp >= self._heard_until:
             ears.deaf()
             ears.follow(stamp)
@@ -65,7 +65,7 @@ class Speakers:
         mouth, name = self._speaker(request, world)
         dry = _spoken(request)
         level = max(loudness(dry), LOUDNESS_FADE * self._levels.pop(name, 0.0))
-        self._heard_until = stamp + LISTENING_ON
+        self._heard_until = stamp + LISTENING_TIME_S
         waiting = ears.say(name, mouth, dry / max(level, MIN_RMS), pose, self._block, more=request.more)
         if request.more:
             self._levels[name] = level
@@ -89,7 +89,7 @@ class Speakers:
             raise BadInput("id must be a text of 1 to 40 characters.")
         person = next((one for one in world.things if one.id == name and one.what == "person"), None)
         if person is not None and request.x_m is None:
-            mouth = np.array([person.pose.x, person.pose.y, person.height - MOUTH_BELOW_CROWN])
+            mouth = np.array([person.pose.x, person.pose.y, person.height - MOUTH_BELOW_CROWN_M])
         else:
             height = MOUTH_HEIGHT_M if request.z_m is None else finite(request.z_m, "z_m")
             mouth = np.array([finite(request.x_m, "x_m"), finite(request.y_m, "y_m"), height])

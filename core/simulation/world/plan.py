@@ -18,7 +18,7 @@ from core.simulation.world.held_board import HeldBoard
 from core.simulation.world.objects import Solid, Thing
 from core.simulation.world.ray_casting import Surfaces, distances
 
-BODY_HEIGHT = 0.2  # [m] what hangs higher than the robot is not in its way
+BODY_HEIGHT_M = 0.2  # what hangs higher than the robot is not in its way
 
 
 @dataclass(frozen=True)
@@ -131,8 +131,8 @@ class World:
     @cached_property
     def obstacles(self) -> Surfaces:
         """The surfaces that the robot's body can run into."""
-        solids = [solid for solid in self.solids if solid.bottom < BODY_HEIGHT]
-        return _surfaces(self.walls, solids, None if self.board is None else self.board.footprint(BODY_HEIGHT))
+        solids = [solid for solid in self.solids if solid.bottom < BODY_HEIGHT_M]
+        return _surfaces(self.walls, solids, None if self.board is None else self.board.footprint(BODY_HEIGHT_M))
 
     def distance(self, x: float, y: float) -> float:
         """Distance [m] from (x, y) to the nearest obstacle's surface."""
@@ -140,7 +140,7 @@ class World:
 
     def inside(self, x: float, y: float) -> bool:
         """Return whether (x, y) is free floor: within the walls and outside every thing."""
-        blocks = (s for s in self.solids if s.bottom < BODY_HEIGHT)
+        blocks = (s for s in self.solids if s.bottom < BODY_HEIGHT_M)
         return _winding(self.walls, x, y) != 0 and not any(_covers(solid, x, y) for solid in blocks)
 
     def clearance(self, x: float, y: float) -> float:

@@ -14,7 +14,7 @@ from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
 from core.setting import Meta, Section
 
-GRAZE = math.radians(15)  # within the rim of its sector a corner's wall is seen too flat
+GRAZING_ANGLE_RAD = math.radians(15)  # within the rim of its sector a corner's wall is seen too flat
 SURE_RANGE_SHARE = 0.7  # of the range from which a corner was ever made out: from here it should be again
 ON_WALLS = ("rise", "fall")  # kinds of edges that only the camera sees, in its field
 STEADY_HITS = 20  # hits after which the opening is averaged no further
@@ -193,7 +193,7 @@ class LandmarkTable:
         rows = self._rows[indices]
         reachable = ~self._on_walls[indices] & (reaches <= SURE_RANGE_SHARE * rows["farthest"])
         off = np.abs(wrap_all(bearings - rows["opening"]))
-        return reachable & (np.isnan(off) | (off < rows["sector"] - GRAZE))
+        return reachable & (np.isnan(off) | (off < rows["sector"] - GRAZING_ANGLE_RAD))
 
     @property
     def lost(self) -> Array:

@@ -87,7 +87,7 @@ Crossing = tuple[Array, Array, Array]  # place (2,), its covariances (2, size) a
 
 MAX_STEP_RATIO = 2.5  # times that the steps in brightness of one edge may differ
 MAX_SECOND_SHARE = 0.5  # of the second nearest direction's distance, at most, for the nearest to be the same
-VAGUE = math.radians(2.0)  # sd of a bearing from which it does not say which landmark is seen again
+VAGUE_BEARING_SD_RAD = math.radians(2.0)  # sd of a bearing from which it does not say which landmark is seen again
 MAX_OFF_SDS = 2.5  # sd that a landmark seen again may be off
 COINCIDE_CHI2 = 9.21  # squared distance of two landmarks that are one, 99 % at 2 dof
 MIN_VIEWS = 3  # views that make a landmark: two cross anywhere
@@ -208,7 +208,9 @@ class BearingLandmarks:
         spreads = seen_now(self._state, seen.eye, points, angles).state.diagonal()
         sds = np.sqrt(spreads[:, None] + self._variances(seen, np.array(left))[None, :])
         off = np.abs(wrap_all(seen.bearings[left][None, :] - angles[:, None])) / sds
-        off[(sds > VAGUE) | ~_alike(np.array([one.look for one in dormant]), seen.looks[left])] = NO_PAIR_COST
+        off[(sds > VAGUE_BEARING_SD_RAD) | ~_alike(np.array([one.look for one in dormant]), seen.looks[left])] = (
+            NO_PAIR_COST
+        )
         pairs: list[tuple[Track, int]] = []
         for a, b in np.argwhere(off < MAX_OFF_SDS).tolist():
             if min(_second(off[a], b), _second(off[:, b], a)) > 2 * MAX_OFF_SDS:

@@ -15,7 +15,7 @@ from core.slam.scan_matching.field_matching import ScanMatchingSettings
 from core.slam.scan_matching.point_to_line import WallPoints, align
 
 PLACE_VIEWS = 14  # views that make a place
-AROUND_REACH = 5.0  # [m] from its base
+AROUND_REACH_M = 5.0  # from its base
 MAX_PLACES = 8  # that are kept ready
 MAX_SUBMAPS = 3  # submaps that one view is searched in
 SUPPORT_SPAN = 80  # views to either side whose links may support a new one
@@ -223,7 +223,7 @@ class LoopCloser:
             back = graph.poses[base.id].inverse()
             placed = [(back @ graph.poses[view.id], view) for view in submap.views]
             placed.sort(key=lambda each: each[0].distance_to(0.0, 0.0))
-            around = [each for each in placed[:PLACE_VIEWS] if each[0].distance_to(0.0, 0.0) < AROUND_REACH]
+            around = [each for each in placed[:PLACE_VIEWS] if each[0].distance_to(0.0, 0.0) < AROUND_REACH_M]
             if len(self._places) >= MAX_PLACES:
                 del self._places[next(iter(self._places))]
             self._places[key] = RecognizedPlace.of(base, around)

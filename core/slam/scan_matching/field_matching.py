@@ -16,7 +16,7 @@ from core.slam.scan_matching.likelihood_field import CELL_M, LikelihoodField, Ma
 from core.slam.scan_matching.match_covariance import match_information, match_spread
 
 STRIDE_CELLS = 4  # cells of one step of the wide search
-TURN = math.radians(2.0)  # [rad] of one step of the wide search
+SEARCH_TURN_RAD = math.radians(2.0)  # of one step of the wide search
 COARSE_POINTS = 100  # points that the searches look at
 APART_M, APART_RAD = 0.5, math.radians(8)  # matches that differ by more are different places
 MAX_REFINED_PEAKS = 6  # peaks of the wide search that are refined
@@ -132,14 +132,14 @@ def search_wide(
     A coarse lattice over the field widened to the lattice's step, so that no peak falls between; then each of the
     highest peaks is refined. Each value is a piece of work and holds the places found by then; the last holds all.
     """
-    steps, turns = max(1, round(reach / (STRIDE_CELLS * CELL_M))), max(1, round(angle / TURN))
+    steps, turns = max(1, round(reach / (STRIDE_CELLS * CELL_M))), max(1, round(angle / SEARCH_TURN_RAD))
     margin = STRIDE_CELLS * steps + STRIDE_CELLS
     wide = cv2.dilate(field.values.astype(np.float32), np.ones((STRIDE_CELLS + 1, STRIDE_CELLS + 1), np.uint8))
     wide = np.pad(wide, 2 * margin)
     few = thinned(points, COARSE_POINTS)
     shift = np.arange(-steps, steps + 1) * STRIDE_CELLS
     offsets = (shift[:, None] * wide.shape[1] + shift[None, :]).ravel()
-    headings = guess.heading + TURN * np.arange(-turns, turns + 1)
+    headings = guess.heading + SEARCH_TURN_RAD * np.arange(-turns, turns + 1)
     scores = np.empty((len(headings), len(shift), len(shift)))
     yield []
     for number, heading in enumerate(headings):
@@ -154,7 +154,9 @@ def search_wide(
     for turn, row, column in _peaks(scores):
         x, y = guess.x + CELL_M * shift[column], guess.y + CELL_M * shift[row]
         coarse = Pose(float(x), float(y), wrap(float(headings[turn])))
-        match = field.refine(points, field.search(few, coarse, 3 * CELL_M, TURN, CELL_M, TURN / 2))
+        match = field.refine(
+            points, field.search(few, coarse, 3 * CELL_M, SEARCH_TURN_RAD, CELL_M, SEARCH_TURN_RAD / 2)
+        )
         if not any(same_place(match.pose, other.pose) and match.score <= other.score for other in found):
             found = [other for other in found if not same_place(match.pose, other.pose)] + [match]
         yield sorted(found, key=lambda match: -match.score)

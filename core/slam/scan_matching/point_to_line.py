@@ -20,7 +20,7 @@ MAX_GAP_M, MAX_WALL_M = 0.35, 0.5  # between neighbours on one wall, and across 
 MIN_NORMALS_COSINE = 0.8  # cosine between two walls that may be one
 HALF_WEIGHT_M = 0.05  # off the wall at which a point weighs half
 MIN_POINTS = 30  # points
-POINT_SD = 0.1  # [m] of a point off its wall, their dependence on each other taken in
+POINT_SD_M = 0.1  # of a point off its wall, their dependence on each other taken in
 LEAST = np.array([0.01, 0.01, math.radians(0.2)])  # [m], [rad] sd that is claimed at least
 UNKNOWN = np.array([0.5, 0.5, math.radians(10)])  # [m], [rad] sd where no wall gives information
 MIN_PAIRED_SHARE = 0.5  # of the points that find their wall, at least
@@ -80,7 +80,7 @@ def align(base: WallPoints, other: WallPoints, guess: Pose) -> tuple[Pose, Array
         return None
     off, slopes = pairs
     weights = 1.0 / (1.0 + (off / HALF_WEIGHT_M) ** 2)
-    information = (slopes * weights[:, None]).T @ slopes / POINT_SD**2
+    information = (slopes * weights[:, None]).T @ slopes / POINT_SD_M**2
     return pose, np.linalg.inv(information + np.diag(UNKNOWN**-2.0)) + np.diag(LEAST**2)
 
 

@@ -25,21 +25,21 @@ from core.slam.scan_matching.likelihood_field import LikelihoodField
 SEARCH_STEP_S = 0.01  # of the search
 SLOPE_HALF_S = 0.01  # to either side over which the turn rate is measured
 REFINEMENT_ROUNDS = 4  # of the refinement
-UNKNOWN_HEADING = 0.5  # [rad] sd of the heading in which a turn begins
+UNKNOWN_HEADING_RAD = 0.5  # sd of the heading in which a turn begins
 JITTER_SDS_S = (0.002, 0.005, 0.01, 0.02, 0.04)  # sd of a single stamp: the likeliest is taken
 MAX_MISFIT = 4.0  # squared residual per degree of freedom, beyond which odometry and scans are not of one motion
 MIN_RIVAL_EXCESS = 16.0  # by which the squared residual of any other minimum must be larger
 MIN_TURN_SCANS = 6  # scans of a turn
-LEAST_SD = 0.001  # [s] that is claimed at least: turns share the errors of the deskewing
+MIN_SD_S = 0.001  # that is claimed at least: turns share the errors of the deskewing
 CONTRADICTION_CHI2 = 25.0  # squared distance from which a turn contradicts those before: the laser's clock was set
 
 MAX_TURN_SCANS = 64  # scans of a turn that the fit looks at
 TURN_MARGIN_S = 0.5  # before and after a turn that belong to it
 MAX_TURN_S = 12.0  # of one turn
 TURN_WINDOW_S = 0.1  # over which it is seen whether the robot turns, and a scan's own motion at least
-SAME_READING = 1e-6  # [s] by which stamps of one reading differ
+SAME_READING_S = 1e-6  # by which stamps of one reading differ
 MAX_ODOMETRY_GAP_S = 0.15  # without odometry, over which the heading is not interpolated
-SCAN_GAP = 0.5  # [s] between scans of one turn, at most
+SCAN_GAP_S = 0.5  # between scans of one turn, at most
 ODOMETRY_MEMORY_S = 20.0  # of odometry
 MAX_WAITING_SCANS = 64  # scans that may wait
 PER_FRAME = 2  # scans that are matched in one frame, at most
@@ -47,7 +47,7 @@ MIN_POINTS = 20  # of a scan, at least
 SEARCH_REACH_M, SEARCH_ANGLE_RAD = 0.1, math.radians(12)  # around the expected pose that are searched
 MIN_SCORE = 0.4  # of a match, at least
 BEAM_SHARE = 0.3  # of the angle between beams by which a heading by matching is uncertain too
-RIM = math.radians(3)  # [rad] at either end of the view of a scan that is matched on, where walls seem to end
+VIEW_RIM_RAD = math.radians(3)  # at either end of the view of a scan that is matched on, where walls seem to end
 KEYFRAME_WAY, KEYFRAME_TURN = 0.4, math.radians(40)  # [m], [rad] after which a scan is matched on another one
 
 
@@ -109,7 +109,7 @@ class HeadingTrack:
         stamp, heading = stamp - wheels.age, wheels.as_read.heading
         if self._rows:
             last = self._rows[-1]
-            if stamp <= last[0] + SAME_READING:
+            if stamp <= last[0] + SAME_READING_S:
                 return
             if stamp - last[0] > MAX_ODOMETRY_GAP_S:
                 self._rows.clear()
@@ -187,7 +187,7 @@ def fit_time_offset(
         misfit = float(left @ left) / len(stamps)
     if misfit > MAX_MISFIT or abs(offset) > settings.largest:
         return None
-    return Estimated(offset, max(misfit, 1.0) / information + LEAST_SD**2)
+    return Estimated(offset, max(misfit, 1.0) / information + MIN_SD_S**2)
 
 
 def _search(
@@ -218,7 +218,7 @@ def _whitener(
     turned = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(odometry)))))
     relative = odometry - odometry[0]
     covariance = settings.walk_sd**2 * np.minimum(turned[:, None], turned[None, :])
-    covariance += settings.scale_sd**2 * np.outer(relative, relative) + UNKNOWN_HEADING**2
+    covariance += settings.scale_sd**2 * np.outer(relative, relative) + UNKNOWN_HEADING_RAD**2
     covariance += np.diag(settings.scan_sd**2 + (jitter * _rates(times, track)) ** 2)
     factor = np.linalg.cholesky(covariance)
     return factor, 2.0 * float(np.log(np.diag(factor)).sum())
@@ -247,7 +247,7 @@ class TurnMatcher:
         self._laser = laser
         view = laser.angle_step * (laser.beams - 1)
         self._middle = laser.mounting.heading + laser.angle_min + 0.5 * view  # [rad] of the view
-        self._half = 0.5 * view - RIM if view < 2 * math.pi - 2 * RIM else math.inf  # [rad]
+        self._half = 0.5 * view - VIEW_RIM_RAD if view < 2 * math.pi - 2 * VIEW_RIM_RAD else math.inf  # [rad]
         self._field: LikelihoodField | None = None
         self._base = Pose()  # of the scan that is matched on
         self._pose = Pose()  # of the newest scan
@@ -340,7 +340,7 @@ class TimeOffsetEstimator:
     def _match(self, scan: Scan) -> None:
         """Find the scan's heading; where it fits nowhere, or the odometry has a gap, the turn begins again."""
         middle, offset = _middle(scan), self.newest.offset if self.newest else 0.0
-        if self._turn and middle - self._turn[-1][0] > SCAN_GAP:
+        if self._turn and middle - self._turn[-1][0] > SCAN_GAP_S:
             self._turn.clear()
         earliest = middle - self._settings.largest
         if (

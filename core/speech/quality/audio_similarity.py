@@ -19,7 +19,7 @@ FRAME_S = 0.02  # in which the level is measured
 NOISE_PERCENTILE = 10  # percentile of the frames' levels that is the noise floor
 SILENCE_DB = -120.0
 MIN_COMPARED_SHARE = 0.9  # of the original, of which figures speak for all of it
-PESQ_RATE = 16_000  # [Hz] of its wide band
+PESQ_RATE_HZ = 16_000  # of its wide band
 
 
 class HealthFigures(TypedDict):
@@ -113,7 +113,7 @@ def _pesq(matched: AlignedRecordings) -> tuple[float | None, str]:
     except ImportError:
         return None, f"PESQ is not installed; it compiles where a C compiler is: {install_packages('pesq')}"
     try:
-        return float(package.pesq(PESQ_RATE, matched.original, matched.received, "wb")), ""
+        return float(package.pesq(PESQ_RATE_HZ, matched.original, matched.received, "wb")), ""
     except (package.PesqError, ValueError):
         return None, "PESQ found no utterance in these recordings."
 

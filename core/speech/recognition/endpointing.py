@@ -28,8 +28,8 @@ QUIET_SHARE = 0.3  # of the frames, that are taken for noise where nothing is kn
 SMOOTHING_BINS = 15  # bins over which that noise is averaged
 BLOCK_FRAMES = 6  # frames of which one loudness is computed: 48 ms
 STEADY = 31 * BLOCK_FRAMES  # frames: 1.5 s
-MOST_UNSTEADY = 1.5  # [dB] standard deviation of a noise's loudness in that time: motors 0.2 to 1.1, voices 2.3 up
-MOST_ABOVE = 4.5  # [dB] above its mean that such a noise reaches; what was louder before was a voice
+MAX_LEVEL_SD_DB = 1.5  # standard deviation of a noise's loudness in that time: motors 0.2 to 1.1, voices 2.3 up
+MAX_RISE_DB = 4.5  # above its mean that such a noise reaches; what was louder before was a voice
 WITHIN_DB, ABOVE_DB = 16.0, 6.0  # below the loudest and above the quietest frames, between which a voice begins
 MIN_VOICED_FRAMES = 12  # frames with a voice, that make an utterance
 SHORT_UTTERANCE_S = 1.2  # of an utterance that is soon read
@@ -141,7 +141,7 @@ class Endpointer:
 
     def _cut_before_noise(self, time: float) -> Utterance | None:
         """End the utterance before the steady noise, heard until `time` [s], which counts as silence from now on."""
-        voice = self._loudest > np.mean(self._levels) + MOST_ABOVE
+        voice = self._loudest > np.mean(self._levels) + MAX_RISE_DB
         self._last_voice = time - STEADY * STEP
         utterance = self._cut(False)
         end = round((time - self._start) * RATE_HZ) + FRAME_SAMPLES // 2
@@ -205,7 +205,7 @@ def _powers(samples: Array) -> Array:
 
 def _is_steady(level: Array) -> bool:
     """Levels [dB] of STEADY frames → whether they are those of a noise, which no voice is part of."""
-    return float(level.reshape(-1, BLOCK_FRAMES).mean(axis=1).std()) < MOST_UNSTEADY
+    return float(level.reshape(-1, BLOCK_FRAMES).mean(axis=1).std()) < MAX_LEVEL_SD_DB
 
 
 def quietest(power: Array) -> Array:

@@ -13,7 +13,7 @@ from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.settings import RATE_HZ
 from core.speech.understanding.grammar import OwnPhrases
 
-LOWEST_RATE = 8_000  # [Hz]: a telephone; below, consonants are gone
+MIN_RATE_HZ = 8_000  # a telephone; below, consonants are gone
 
 
 @message
@@ -118,8 +118,8 @@ def check_channel(sound: Sound, channel: int) -> None:
 
 def at_16_khz(sound: Sound) -> Sound:
     """All channels of a sound, resampled where that is needed. Raises BadInput where that cannot be."""
-    if sound.rate < LOWEST_RATE:
-        raise BadInput(f"Words need sound of at least {LOWEST_RATE} Hz; this has {sound.rate} Hz. Record it again.")
+    if sound.rate < MIN_RATE_HZ:
+        raise BadInput(f"Words need sound of at least {MIN_RATE_HZ} Hz; this has {sound.rate} Hz. Record it again.")
     if sound.rate == RATE_HZ:
         return sound
     if not usable(sound.samples):

@@ -25,9 +25,9 @@ WORD, PHONES = "stop", "S T AA P"  # as in the CMU dictionary
 RENEWAL_S = 20.0  # after which the spotter is restarted, so that it remembers no more than that
 MAX_WORD_S = 0.8  # of the word; what is longer is the noise in which a decoder has just begun
 BLOCK_S = 0.05  # over which loudness is computed
-LEAST_FALL = 4.5  # [dB] below what was loudest until then, that a word falls: STOP 6 and more, a hum 3 and less
+MIN_FALL_DB = 4.5  # below what was loudest until then, that a word falls: STOP 6 and more, a hum 3 and less
 AFTER_WORD_S = 0.25  # behind the word in which it may fall: its end is found early
-LEAST_RISE = 2.0  # [dB] over the quietest tenth of the newest sound, below which nobody speaks and nothing is decoded
+MIN_RISE_DB = 2.0  # over the quietest tenth of the newest sound, below which nobody speaks and nothing is decoded
 OPEN_TIME_S = 1.2  # after such a rise in which all sound is decoded
 BEFORE_RISE_S = 0.4  # before it that are decoded too
 MAX_GAP_S = 0.02  # missing between two pieces of sound, beyond which spotting starts again
@@ -55,7 +55,7 @@ class SphinxKeywordSpotter:
             self._loudness, self._decoding = Loudness(), False
         self._newest = newest = joined(self._newest, sound, max(MAX_WORD_S + AFTER_WORD_S, sound.duration)) or sound
         self._loudness.add(samples)
-        before, self._decoding = self._decoding, self._loudness.rise(OPEN_TIME_S + sound.duration) > LEAST_RISE
+        before, self._decoding = self._decoding, self._loudness.rise(OPEN_TIME_S + sound.duration) > MIN_RISE_DB
         if not self._decoding:
             self._heard += len(samples)
             return ()
@@ -93,7 +93,7 @@ def spotted(decoder: Any, start: float) -> tuple[RecognizedUtterance, ...]:
 
 def hums(word: RecognizedUtterance, sound: Sound) -> bool:
     """Return whether a spotted "word", in the first channel of the sound, is too steady to be a word."""
-    return fall(sound.part(word.begin, word.end + AFTER_WORD_S).samples[:, 0], sound.rate) < LEAST_FALL
+    return fall(sound.part(word.begin, word.end + AFTER_WORD_S).samples[:, 0], sound.rate) < MIN_FALL_DB
 
 
 def fall(samples: Array, rate: int) -> float:
@@ -107,7 +107,7 @@ def fall(samples: Array, rate: int) -> float:
 
 
 LISTEN_PERIOD_S = 0.09  # between two times that an utterance under way is listened to, at least
-LONGEST_UNDER_WAY = 3.0  # [s] of an utterance under way that is still listened to: STOP is a short one
+MAX_UNDER_WAY_S = 3.0  # of an utterance under way that is still listened to: STOP is a short one
 UNCLEAR_TIME_S = 0.15  # before the first voiced moment that are not taken for noise: the voice may begin there
 
 
@@ -124,7 +124,7 @@ class BeamformedStop:
     def wants(self, since: float, now: float) -> bool:
         """Return whether an utterance that began at `since` [s] may still hold an unreported STOP."""
         due = not 0 <= now - self._listened < LISTEN_PERIOD_S  # a clock may begin again
-        return due and since != self._reported and now - since <= LONGEST_UNDER_WAY
+        return due and since != self._reported and now - since <= MAX_UNDER_WAY_S
 
     def find(self, beam: Sound, since: float) -> tuple[RecognizedUtterance, ...]:
         """One channel from before the utterance up to now, first voiced at `since` [s] → STOP, if noise covers it."""

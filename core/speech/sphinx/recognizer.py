@@ -31,10 +31,10 @@ from core.speech.sphinx.garbage_model import grammar
 from core.speech.sphinx.jsgf import plain_grammar
 from core.speech.sphinx.rescoring import Vote, Words, nearest_others, vote
 
-LEAST_BEFORE = 0.15  # [s] of noise before the speech that are left out of learning it: the speech may begin there
-MOST_LEFT = 0.12  # [s] of speech outside the words, which may be the end of a consonant
+MIN_NOISE_S = 0.15  # of noise before the speech that are left out of learning it: the speech may begin there
+MAX_SPEECH_LEFT_S = 0.12  # of speech outside the words, which may be the end of a consonant
 VOICE_MARGIN_S = 0.25  # before and behind the voice, that are read with it
-LONGEST_PAUSE = 0.7  # [s] within a sentence
+MAX_PAUSE_S = 0.7  # within a sentence
 VOTING_VIEWS = 2  # views in which sentences are weighed: a third costs time and changes little
 MAX_OTHERS = 2  # other sentences that are weighed against a rejected one
 SPEEDS = ((20, 19), (10, 9), (18, 19))
@@ -162,9 +162,9 @@ def _objection(utterance: Utterance, offset: float, said: DecodedPath) -> str:
     """The reason why the words are not a command, whichever numbers they have; "" for no reason."""
     if utterance.cut:
         return TOO_LONG
-    if left_over(utterance, said.spans, offset) > MOST_LEFT:
+    if left_over(utterance, said.spans, offset) > MAX_SPEECH_LEFT_S:
         return "More was said than a command."
-    if said.longest_pause > LONGEST_PAUSE:
+    if said.longest_pause > MAX_PAUSE_S:
         return "There was a long pause within the sentence."
     return ""
 
@@ -192,7 +192,7 @@ def views_of(utterance: Utterance, clear_ratio: float) -> tuple[list[Array], flo
     In noise, voice less than `clear_ratio` [dB] over it, they are the sound without that noise and the sound as it
     is, else only that.
     """
-    samples, before = utterance.samples, len(utterance.before) - round(LEAST_BEFORE * RATE_HZ)
+    samples, before = utterance.samples, len(utterance.before) - round(MIN_NOISE_S * RATE_HZ)
     noisy = over_noise(samples, samples[: max(before, 0)]) < 10 ** (clear_ratio / 10)
     views = [without_noise(samples, RATE_HZ, before), samples] if noisy else [samples]
     first, last = _around_voice(views[0])

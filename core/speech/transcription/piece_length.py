@@ -2,7 +2,7 @@
 
 import math
 
-from core.speech.settings import PIECE_S, VOICE_PIECE
+from core.speech.settings import PIECE_S, VOICE_PIECE_S
 
 AFTER_VOICE_S = 1.0  # behind a voice, within which its sentence may still be read
 
@@ -18,4 +18,4 @@ class PieceLength:
         """It is `now`; `speaking`: an utterance is under way."""
         if speaking or now < self._spoke:  # or another clock
             self._spoke = now if speaking else -math.inf
-        self.seconds = VOICE_PIECE if now - self._spoke <= AFTER_VOICE_S else PIECE_S
+        self.seconds = VOICE_PIECE_S if now - self._spoke <= AFTER_VOICE_S else PIECE_S

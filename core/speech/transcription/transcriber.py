@@ -15,7 +15,7 @@ from core.speech.understanding.numbers import NUMBER
 
 LOOK_PIECE_S = 0.05  # of sound between two looks for a pause
 LAST_NUMBER = re.compile(rf"(?i: {NUMBER}\W*)$")  # at the end of a sentence: decimals may follow
-LONGEST_EARLY = 5.0  # [s] of an utterance that is read in a pause; longer ones are no commands but talk
+MAX_EARLY_S = 5.0  # of an utterance that is read in a pause; longer ones are no commands but talk
 
 
 OBJECTION_TIME_S = 5.0  # after a sentence in which a STOP rejects it: it is read, said back, and waits meanwhile
@@ -96,7 +96,7 @@ class Transcriber:
     def _read_early(self) -> tuple[RecognizedUtterance, ...]:
         """Read the utterance under way in its pause → STOP, where that was in it."""
         so_far = self._cutter.so_far
-        if so_far is None or self._is_early(so_far) or so_far.end - so_far.begin >= LONGEST_EARLY:
+        if so_far is None or self._is_early(so_far) or so_far.end - so_far.begin >= MAX_EARLY_S:
             return ()
         self._early = self._decided(so_far)
         if isinstance(self._cutter, Endpointer):

@@ -13,7 +13,7 @@ from core.speech.whisper.recognizer import WhisperRecognizer
 
 WINDOW_S = 1.2  # that are read at once: the word and what is around it
 READING_STEP_S = 0.3  # between readings
-LEAST_RISE = 6.0  # [dB] over the quietest tenth of the blocks, below which nobody speaks and nothing is read
+MIN_RISE_DB = 6.0  # over the quietest tenth of the blocks, below which nobody speaks and nothing is read
 MAX_GAP_S = 0.02  # missing between two pieces of sound, beyond which spotting starts again
 
 
@@ -32,7 +32,7 @@ class WhisperKeywordSpotter:
         self._until += len(samples) / RATE_HZ
         self._newest = np.concatenate((self._newest, samples))[-round(WINDOW_S * RATE_HZ) :]
         self._loudness.add(samples)
-        if self._until - self._read < READING_STEP_S or self._loudness.rise(2 * READING_STEP_S) < LEAST_RISE:
+        if self._until - self._read < READING_STEP_S or self._loudness.rise(2 * READING_STEP_S) < MIN_RISE_DB:
             return ()
         self._read = self._until
         window = self._newest

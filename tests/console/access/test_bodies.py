@@ -130,7 +130,7 @@ def test_a_body_that_never_ends_is_cut_off_and_not_kept(live: Live) -> None:
 
 
 def test_a_body_that_trickles_is_given_up(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.access.guard.BODY_TIME", 0.4)
+    monkeypatch.setattr("console.access.guard.BODY_TIME_S", 0.4)
     with socket.create_connection(("127.0.0.1", live.port), timeout=5) as line:
         line.sendall(head(live, "/api/commands", "Content-Length: 100") + b"{")
         time.sleep(0.2)
@@ -139,7 +139,7 @@ def test_a_body_that_trickles_is_given_up(live: Live, monkeypatch: pytest.Monkey
 
 
 def test_a_head_that_never_ends_is_given_up(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.http.timeouts.HEADER_TIME", 0.4)
+    monkeypatch.setattr("console.http.timeouts.HEADER_TIME_S", 0.4)
     with socket.create_connection(("127.0.0.1", live.port), timeout=5) as line:
         line.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n")
         with pytest.raises(OSError):

@@ -1,6 +1,6 @@
 """Tokens, logins, and those who guess."""
 
-from console.access.logins import LIFE, Logins, Person
+from console.access.logins import LOGIN_LIFE_S, Logins, Person
 
 
 def test_a_token_opens_logins_that_are_told_apart() -> None:
@@ -43,8 +43,8 @@ def test_a_login_ends_after_its_time_and_when_it_is_closed() -> None:
     token = logins.issue("operator", "operator")
     opened, other = logins.open(token, "", 0.0), logins.open(token, "", 1.0)
     assert opened is not None and other is not None
-    assert logins.of_cookie(opened[0], LIFE) is None
-    assert logins.expire(LIFE) == [opened[1]]
+    assert logins.of_cookie(opened[0], LOGIN_LIFE_S) is None
+    assert logins.expire(LOGIN_LIFE_S) == [opened[1]]
     logins.close(other[1])
     assert logins.of_cookie(other[0], 2.0) is None
 
@@ -71,10 +71,10 @@ def test_another_tab_with_the_same_role_stays_the_same_person() -> None:
     driving, watching = logins.issue("operator", "operator"), logins.issue("viewer", "viewer")
     cookie, person = logins.open(driving, "", 0.0) or ("", None)
     assert logins.open(driving, "", 5.0, cookie) == (cookie, person)
-    assert logins.of_cookie(cookie, LIFE + 1.0) == person  # it lasts from the newest opening
+    assert logins.of_cookie(cookie, LOGIN_LIFE_S + 1.0) == person  # it lasts from the newest opening
     other, viewer = logins.open(watching, "", 6.0, cookie) or ("", None)
     assert other != cookie and viewer != person and viewer is not None and viewer.role == "viewer"
-    stale = logins.open(driving, "", 2 * LIFE, cookie)
+    stale = logins.open(driving, "", 2 * LOGIN_LIFE_S, cookie)
     assert stale is not None and stale[0] != cookie
     assert logins.open(driving, "", 0.0, "forged") not in (None, ("forged", person))
 

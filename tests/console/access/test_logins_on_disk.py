@@ -12,7 +12,7 @@ import pytest
 from console.__main__ import main
 from console.access.guard import Access
 from console.access.login_keeper import LoginKeeper
-from console.access.logins import LIFE, LINK_LIFE, Logins, Person, key_for
+from console.access.logins import LINK_LIFE_S, LOGIN_LIFE_S, Logins, Person, key_for
 from console.access.records import AccessFile
 from console.access.token_file import read_token
 from console.data_folder import locked
@@ -42,14 +42,14 @@ def synced(logins: Logins) -> list[Person]:
 def test_links_and_logins_outlive_a_restart_and_no_secret_is_on_disk(tmp_path: Path) -> None:
     logins = started(tmp_path, ahead=1e9)
     token = "a-link-" + "x" * 40
-    logins.admit(token, "tablet", "viewer", "link", 5.0, end=5.0 + LINK_LIFE)
+    logins.admit(token, "tablet", "viewer", "link", 5.0, end=5.0 + LINK_LIFE_S)
     cookie, person = logins.open(token, "", 6.0) or ("", None)
     assert person is not None and person.name == "tablet"
     synced(logins)
     again = started(tmp_path, ahead=2e9 - 1e9 + 100.0)  # the clock of another start of the machine
     assert again.of_cookie(cookie, 7.0) == person
-    assert again.of_cookie(cookie, LIFE) is None, "its time goes on while nothing runs"
-    assert again.bearer(token, 7.0) is not None and again.bearer(token, LINK_LIFE) is None
+    assert again.of_cookie(cookie, LOGIN_LIFE_S) is None, "its time goes on while nothing runs"
+    assert again.bearer(token, 7.0) is not None and again.bearer(token, LINK_LIFE_S) is None
     kept = (tmp_path / "access.json").read_text()
     assert token not in kept and cookie not in kept
     assert {stat.S_IMODE(os.stat(path).st_mode) for path in tmp_path.iterdir()} == {0o600}

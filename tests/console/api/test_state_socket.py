@@ -288,7 +288,7 @@ def stops(live: Live) -> int:
 
 
 def test_a_stuck_viewer_is_dropped_and_nobody_waits_for_it(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.api.state_socket.SEND_TIME", 0.5)
+    monkeypatch.setattr("console.api.state_socket.SEND_TIME_S", 0.5)
     stuck = socket.create_connection(("127.0.0.1", live.port))
     stuck.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     stuck.sendall(

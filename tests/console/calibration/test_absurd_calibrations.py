@@ -98,7 +98,7 @@ def test_a_pilot_that_fails_with_a_calibration_starts_again_without_it_and_says_
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "console.control.pilot_supervisor.RESTART_PAUSE", 0.5
+        "console.control.pilot_supervisor.RESTART_PAUSE_S", 0.5
     )  # a reading every 10 ms sees it, on a busy machine too
     live = Live(tmp_path, make_pilot=lambda: Squeamish(live.robot.profile))
     with live:
@@ -121,7 +121,7 @@ def test_a_pilot_that_fails_with_a_calibration_starts_again_without_it_and_says_
 def test_a_pilot_that_cannot_even_be_made_is_told_and_tried_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE", 0.1)
+    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE_S", 0.1)
     broken = [True, False, True]  # at the start of the console, then when it starts again after a failure
 
     def make() -> Pilot:

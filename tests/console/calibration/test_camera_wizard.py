@@ -199,7 +199,7 @@ def test_a_deleted_session_is_gone(bench: Live) -> None:
 
 @pytest.mark.campaign
 def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.calibration.session.SOLVE_PATIENCE", 300.0)  # workers stand back on a busy machine
+    monkeypatch.setattr("console.calibration.session.SOLVE_PATIENCE_S", 300.0)  # workers stand back on a busy machine
     before = walked.solved()
     shutil.copytree(
         walked.live.runtime.parts[CalibrationService].sessions[walked.id].folder.path,

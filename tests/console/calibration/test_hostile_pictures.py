@@ -13,7 +13,7 @@ import psutil
 import pytest
 
 from console.calibration.service import CalibrationService
-from console.calibration.session import PICTURE_BUDGET
+from console.calibration.session import PICTURE_BUDGET_S
 from console.workers.worker import CLOCK_BUDGET_RATIO
 from tests.console.calibration.wizard import JPEG, PNG, Wizard, boards, png
 from tests.console.live import Live
@@ -79,11 +79,11 @@ def test_hostile_pictures_are_refused_in_words_and_in_time(wizard: Wizard) -> No
     for name, content in hostile():
         began, spent, worker = time.monotonic(), processor_time(wizard.worker), wizard.worker
         answer = wizard.send(content, name, PNG if content.startswith(b"\x89PNG") else JPEG)
-        assert time.monotonic() - began < CLOCK_BUDGET_RATIO * PICTURE_BUDGET + 2.0, (
+        assert time.monotonic() - began < CLOCK_BUDGET_RATIO * PICTURE_BUDGET_S + 2.0, (
             name
         )  # a worker stands back on a busy machine
         if wizard.worker == worker:  # else it was killed for what it had spent
-            assert processor_time(worker) - spent < PICTURE_BUDGET, name
+            assert processor_time(worker) - spent < PICTURE_BUDGET_S, name
         assert answer.status in (200, 422), (name, answer.body)
         if answer.status == 422:
             assert answer.json["detail"].endswith((".", "?")), name
@@ -100,7 +100,7 @@ def test_hostile_pictures_are_refused_in_words_and_in_time(wizard: Wizard) -> No
 def test_noise_that_takes_for_ever_is_given_up_and_the_session_goes_on(
     wizard: Wizard, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("console.api.calibration.PICTURE_BUDGET", 0.15)
+    monkeypatch.setattr("console.api.calibration.PICTURE_BUDGET_S", 0.15)
     views = wizard.told["views"]
     noise = png(np.random.default_rng(0).integers(0, 255, (256, 320), np.uint8))
     answer = wizard.send(noise, "noise.png")

@@ -360,7 +360,7 @@ def test_as_many_files_are_asked_for_as_there_may_be() -> None:
 
 @openssl
 def test_who_does_not_even_begin_tls_is_let_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.http.server.HEADER_TIME", 0.3)
+    monkeypatch.setattr("console.http.server.HEADER_TIME_S", 0.3)
     with (
         Live(tmp_path / "home", tls=certificate(tmp_path)) as live,
         socket.create_connection(("127.0.0.1", live.port), timeout=15) as line,

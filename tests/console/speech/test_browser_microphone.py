@@ -11,8 +11,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.connection import Connection
 
 from console.control.command_freshness import CommandFreshness
-from console.messages.audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
-from core.commands.confirmation_delay import OBEYED_WITHIN
+from console.messages.audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE_HZ
+from core.commands.confirmation_delay import MAX_OBEYED_AGE_S
 from core.message import Array
 from core.recording.sound_file import read_sound
 from core.speech.recognition.recognizer import at_16_khz
@@ -36,7 +36,7 @@ def pieces(samples: Array, begin: float = 0.0) -> Iterator[bytes]:
     """Sound as a browser sends it."""
     sixteen = np.clip(np.round(samples * 32767), -32768, 32767).astype("<i2")
     for number, at in enumerate(range(0, len(sixteen), PIECE)):
-        header = AUDIO_HEADER.pack(AUDIO_KIND, number, 1000 * (begin + at / AUDIO_RATE))
+        header = AUDIO_HEADER.pack(AUDIO_KIND, number, 1000 * (begin + at / AUDIO_RATE_HZ))
         yield header + sixteen[at : at + PIECE].tobytes()
 
 
@@ -49,7 +49,7 @@ def held(line: Connection, samples: Array) -> Any:
     """Said with the button held → the final transcript."""
     say(line, kind="listen", mode="held")
     assert hear(line, "listening")["on"]
-    quiet = 1e-4 * np.random.default_rng(0).normal(size=AUDIO_RATE // 2)
+    quiet = 1e-4 * np.random.default_rng(0).normal(size=AUDIO_RATE_HZ // 2)
     speak(line, np.concatenate((quiet, samples, quiet)))
     say(line, kind="rest")
     return hear(line, "transcript", seconds=40, true=lambda told: told["final"])
@@ -75,7 +75,9 @@ def test_a_command_that_is_said_runs_like_one_that_is_typed(live: Live, line: Co
     if said["accepted"]:  # the delay is by this computer's clock; a simulator's waits for the reader
         assert said["reason"] == "" and entry["id"] == said["entry"]
     else:  # this machine is too slow to read words in time: nothing moves
-        assert said["delay_s"] > OBEYED_WITHIN - 1.0 and "too late" in said["reason"] and entry["state"] == "refused"
+        assert (
+            said["delay_s"] > MAX_OBEYED_AGE_S - 1.0 and "too late" in said["reason"] and entry["state"] == "refused"
+        )
 
 
 @pytest.mark.real_data
@@ -89,7 +91,7 @@ def test_a_viewer_may_say_stop_and_nothing_else(live: Live, shared_data: Path) -
 
 
 def test_noise_moves_nothing(live: Live, line: Connection) -> None:
-    said = held(line, 0.1 * np.random.default_rng(1).normal(size=AUDIO_RATE))
+    said = held(line, 0.1 * np.random.default_rng(1).normal(size=AUDIO_RATE_HZ))
     assert not said["accepted"] and said["reason"]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from console.speech.robot_voice import MAX_PLAY_DELAY_S, MAX_WAITING_S, MOST_MOVING, TAIL_S, RobotVoice
+from console.speech.robot_voice import MAX_PLAY_DELAY_S, MAX_WAITING_S, MAX_WORDS_MOVING_S, TAIL_S, RobotVoice
 from console.speech.room_transcription import RoomTranscriber
 from core.errors import Refused
 from core.sensors.microphones import Sound
@@ -77,9 +77,9 @@ def test_nobody_talks_the_robot_deaf() -> None:
 
 
 def test_while_the_robot_moves_it_is_deaf_for_a_few_seconds_at_most() -> None:
-    voice = lasting(MOST_MOVING - MAX_PLAY_DELAY_S - TAIL_S + 0.1, Clock())
+    voice = lasting(MAX_WORDS_MOVING_S - MAX_PLAY_DELAY_S - TAIL_S + 0.1, Clock())
     with pytest.raises(Refused, match="no spoken STOP"):
-        asyncio.run(voice.say("and so on", MOST_MOVING))
+        asyncio.run(voice.say("and so on", MAX_WORDS_MOVING_S))
     assert not voice.muted
     asyncio.run(voice.say("and so on"))
     assert voice.muted

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from core.commands.command import Command, Progress
-from core.commands.dry_run import FORGET_PERSON_S, LOOK_FOR, MAX_START_S, SHOW_FOUND_S, DryRun
+from core.commands.dry_run import FORGET_PERSON_S, MAX_START_S, SEARCH_TIME_S, SHOW_FOUND_S, DryRun
 from core.errors import Refused
 from core.geometry import OPTICAL, Transform
 from core.navigation.control_context import ControlContext
@@ -107,7 +107,7 @@ def test_what_is_missing_is_said_in_a_sentence() -> None:
     desk = Desk()
     desk.pixels = np.zeros_like(desk.pixels)
     with pytest.raises(Refused, match="I see nobody"):
-        desk.shows("come_here", LOOK_FOR + 1.0)
+        desk.shows("come_here", SEARCH_TIME_S + 1.0)
     desk.hears(0.0)
     desk.pixels = white_body(640, 480, 420.0, 80.0, 300.0)
     desk.who = PersonProfile(
@@ -115,7 +115,7 @@ def test_what_is_missing_is_said_in_a_sentence() -> None:
     )
     desk.call = None
     with pytest.raises(Refused, match="someone, but not Ann"):
-        desk.shows("come_here", LOOK_FOR + 1.0)
+        desk.shows("come_here", SEARCH_TIME_S + 1.0)
     desk.look = None
     with pytest.raises(Refused, match="beckon models get people"):
         desk.shows("come_here", 1.0)
@@ -137,6 +137,6 @@ class Starting:
 def test_a_worker_that_starts_late_is_waited_for_and_named() -> None:
     desk = Desk()
     desk.look = Starting()
-    assert not desk.shows("come_here", LOOK_FOR + 1.0)[-1].finished
+    assert not desk.shows("come_here", SEARCH_TIME_S + 1.0)[-1].finished
     with pytest.raises(Refused, match="has not started yet"):
         desk.shows("come_here", MAX_START_S + 1.0)

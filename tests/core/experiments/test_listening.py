@@ -10,7 +10,7 @@ from core.experiments.spoken_room import NOISE_BEFORE_S, TimedListening, length_
 from core.sensors import SensorFrame
 from core.sensors.microphones import Sound
 from core.speech.recognition.decision import RecognizedUtterance, stop
-from core.speech.settings import MOST_WAITING
+from core.speech.settings import MAX_WAITING_S
 
 RATE = 16_000
 
@@ -74,7 +74,7 @@ def test_what_waited_long_is_forgotten_when_someone_begins_to_listen(passing) ->
     frame(3.1)
     assert slow.fed == [(3.0 - NOISE_BEFORE_S, NOISE_BEFORE_S + 0.1)]
     assert ears.reading(0.0, 9.0) == pytest.approx(0.5)
-    assert MOST_WAITING > NOISE_BEFORE_S
+    assert MAX_WAITING_S > NOISE_BEFORE_S
 
 
 def test_words_end_where_the_sound_is_loud_last() -> None:

@@ -7,7 +7,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.gate import Limits, Twist
-from core.gate.guard import CRAWL_SPEED_M_S, GRAZE_SPEED, HORIZON_M, MAX_REMEMBERED_POINTS, ObstacleGuard, approach
+from core.gate.guard import (
+    CRAWL_SPEED_M_S,
+    GRAZE_SPEED_M_S,
+    HORIZON_M,
+    MAX_REMEMBERED_POINTS,
+    ObstacleGuard,
+    approach,
+)
 
 LIMITS = Limits()
 REACH = LIMITS.radius + LIMITS.margin
@@ -98,7 +105,7 @@ def test_a_slowed_arc_keeps_its_shape() -> None:
 
 def test_along_a_wall_within_the_margin_it_goes_slowly_on() -> None:
     wall = [(0.02 * n, 0.105) for n in range(-30, 60)]
-    assert guard_with(*wall).permit(Twist(0.3, 0.0)).twist.v == pytest.approx(GRAZE_SPEED)
+    assert guard_with(*wall).permit(Twist(0.3, 0.0)).twist.v == pytest.approx(GRAZE_SPEED_M_S)
 
 
 def test_a_wall_that_would_be_touched_stops_it() -> None:

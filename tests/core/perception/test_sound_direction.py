@@ -9,7 +9,7 @@ import pytest
 from core.errors import BadInput
 from core.geometry import wrap
 from core.message import Array
-from core.perception.sound.direction import WIDEST, Direction, sphere, tangents, unit
+from core.perception.sound.direction import MAX_AZIMUTH_SD_RAD, Direction, sphere, tangents, unit
 from core.perception.sound.locate import locate, sure
 from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import cell_weights, noise_of, over_noise, quiet_frames, spectra
@@ -244,7 +244,7 @@ def test_tangents_are_left_and_up():
 
 def test_straight_above_the_azimuth_is_unknown():
     above = Direction(stamp=0.0, towards=np.array([0.0, 0, 1]), covariance=0.01 * np.eye(2), strength=1.0)
-    assert above.azimuth_sd == pytest.approx(WIDEST) and above.elevation == pytest.approx(math.pi / 2)
+    assert above.azimuth_sd == pytest.approx(MAX_AZIMUTH_SD_RAD) and above.elevation == pytest.approx(math.pi / 2)
 
 
 def test_the_grid_covers_the_sphere_evenly():

@@ -384,7 +384,7 @@ class Faulty(Device):
 def test_a_fault_of_a_driver_is_found_and_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: str, failed: str, advice: str
 ) -> None:
-    for name in ("SENSOR_START", "MIN_MEASURING_S", "TEST_DRIVE_S"):
+    for name in ("SENSOR_START_S", "MIN_MEASURING_S", "TEST_DRIVE_S"):
         monkeypatch.setattr(f"core.robots.conformance.{name}", 0.8)
     monkeypatch.setattr("core.robots.conformance.FRAME_SHARE", 0.2)  # of a busy computer
     (tmp_path / "faulty_robot.py").write_text(FAULTY.replace("{fault}", fault))
@@ -397,7 +397,7 @@ def test_a_fault_of_a_driver_is_found_and_named(
 def test_what_a_library_keeps_once_for_the_whole_process_is_no_leak(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sockets are counted here: other tests' may still be closing."""
     kept: list[object] = []
-    monkeypatch.setattr("core.robots.conformance.LETTING_GO", 0.1)
+    monkeypatch.setattr("core.robots.conformance.CLOSING_TIME_S", 0.1)
     monkeypatch.setattr("core.robots.conformance.open_links", lambda: len(kept))
 
     def leak() -> None:

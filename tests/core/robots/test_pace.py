@@ -1,6 +1,6 @@
 """Real time: frames are due by the clock, lost time is given up and told."""
 
-from core.robots.process import CALM_WINDOWS, PACE_WINDOW, DriverPace
+from core.robots.process import CALM_WINDOWS, PACE_WINDOW_S, DriverPace
 
 
 def test_frames_are_due_by_the_clock_whatever_each_took() -> None:
@@ -40,9 +40,9 @@ def test_a_computer_that_is_too_slow_is_told_how_slow_and_only_lasting_calm_ends
     now = run(pace, 0.0, 35.0, 0.05)
     assert 0.45 < pace.share < 0.55
     for _ in range(3):  # quick for a while, slow again
-        now = run(pace, now, now + (CALM_WINDOWS - 2) * PACE_WINDOW, 0.001)
+        now = run(pace, now, now + (CALM_WINDOWS - 2) * PACE_WINDOW_S, 0.001)
         assert pace.share < 1.0
-        now = run(pace, now, now + 2 * PACE_WINDOW, 0.035)
+        now = run(pace, now, now + 2 * PACE_WINDOW_S, 0.035)
         assert 0.6 < pace.share < 0.9
-    run(pace, now, now + (CALM_WINDOWS + 2) * PACE_WINDOW, 0.001)
+    run(pace, now, now + (CALM_WINDOWS + 2) * PACE_WINDOW_S, 0.001)
     assert pace.share == 1.0

@@ -291,7 +291,7 @@ def test_an_address_that_cannot_be_is_a_sentence(rest: str) -> None:
 
 
 def test_something_that_does_not_answer_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("core.robots.serial_base.RESET_TIME", 0.5)
+    monkeypatch.setattr("core.robots.serial_base.RESET_TIME_S", 0.5)
     world = World()
     emulator = SerialRobot(world)
     emulator._obey = lambda line: None  # type: ignore[method-assign]

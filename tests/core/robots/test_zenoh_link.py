@@ -22,7 +22,7 @@ from core.robots.live import LiveRobot
 from core.robots.ros.topics import LASER_SCAN
 from core.robots.ros.typestore import TWIST, TWIST_STAMPED
 from core.robots.ros.zenoh_keys import attachment, parse_token, publisher_of
-from core.robots.ros.zenoh_session import LARGEST_READING, MAX_WAITING_MESSAGES, WaitingMessages
+from core.robots.ros.zenoh_session import MAX_READING_BYTES, MAX_WAITING_MESSAGES, WaitingMessages
 from core.robots.zenoh_link import ZenohRobot, open_device
 from core.sensors import Scan, SensorFrame
 from tests.console.test_tls import certificate
@@ -338,7 +338,7 @@ def test_of_every_topic_so_many_messages_wait_and_of_pictures_the_newest() -> No
     for number in range(100):
         waiting.put("/image", b"%d" % number)
         waiting.put("/scan", b"%d" % number, publisher_of(attachment(number + 1, 0, b"%016d" % number)))
-    waiting.put("/scan", bytes(LARGEST_READING + 1))
+    waiting.put("/scan", bytes(MAX_READING_BYTES + 1))
     arrived = waiting.take(0.0)
     assert [payload for topic, payload, _ in arrived if topic == "/image"] == [b"99"]
     scans = [int(payload) for topic, payload, _ in arrived if topic == "/scan"]

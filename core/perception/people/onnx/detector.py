@@ -31,7 +31,7 @@ TENSOR_TYPE, SHAPE_FIELD, DIMENSION_FIELD, DIMENSION_VALUE = 1, 2, 1, 1
 VARINT_KIND, LONG_KIND, BYTES_KIND, WORD_KIND = 0, 1, 2, 5  # wire types
 BROKEN = "this is no ONNX file, or it is damaged"
 USUAL_SHAPE = (1, 3, 640, 640)  # where the file leaves its size open
-MOST_SIDE = 1920  # [pixel]
+MAX_SIDE_PX = 1920
 
 
 def input_shape(content: bytes) -> tuple[int, int, int, int]:
@@ -109,7 +109,7 @@ def _whole(shape: list[int]) -> tuple[int, int, int, int]:
     usual = (USUAL_SHAPE[0], USUAL_SHAPE[2], USUAL_SHAPE[3], USUAL_SHAPE[1]) if last else USUAL_SHAPE
     batch, *rest = (size or plain for size, plain in zip(shape, usual, strict=True))
     sides = rest[:2] if last else rest[1:]
-    if batch != 1 or 3 not in (rest[0], rest[2]) or not all(32 <= side <= MOST_SIDE for side in sides):
+    if batch != 1 or 3 not in (rest[0], rest[2]) or not all(32 <= side <= MAX_SIDE_PX for side in sides):
         raise BadInput(f"the model takes {'x'.join(map(str, shape))} numbers; a colour picture is 1x3xHxW")
     return batch, rest[0], rest[1], rest[2]
 
@@ -151,7 +151,7 @@ def body_of_points(box: Box, score: float, points: Array) -> SeenBody:
 
 
 MOST_BYTES = 400 * 2**20
-MOST_MEMORY = 700 * 2**20  # [bytes] that a network may take
+MAX_MEMORY_BYTES = 700 * 2**20  # that a network may take
 DOUBLE_OVERLAP = 0.45  # overlap from which two boxes are one person
 MIN_SCORE = 0.25  # score below which a detection is not looked at
 MAX_DETECTIONS = 50  # detections of one picture
@@ -222,7 +222,7 @@ def open_own_model(path: Path, settings: PeopleSettings) -> PersonDetector:
             raise BadInput(f"it is larger than {MOST_BYTES // 2**20} MB")
         content = path.read_bytes()
         shape = input_shape(content)
-        with at_most(MOST_MEMORY):
+        with at_most(MAX_MEMORY_BYTES):
             net = _network(content)
             outputs = run(net, np.zeros(shape, np.float32))
     except OSError as trouble:

@@ -14,7 +14,7 @@ from core.sensors.microphones import RESPEAKER_ODAS, Sound, joined
 from core.simulation.acoustics import reverberation
 from core.simulation.acoustics.enclosure import enclosure, in_sight
 from core.simulation.acoustics.reverberation import HALF_SAMPLES, HARD_WALL_SHARE, Arrivals, first_images
-from core.simulation.acoustics.shoebox import SPEED_OF_SOUND, ShoeboxRoom, heard, impulse_responses
+from core.simulation.acoustics.shoebox import SPEED_OF_SOUND_M_S, ShoeboxRoom, heard, impulse_responses
 from core.simulation.microphones import RATE_HZ, Motors, Murmur, SimulatedMicrophones, SoundSource, fan_place
 from core.simulation.settings import MicrophoneSettings
 from core.simulation.world import FLOOR, LAB
@@ -47,17 +47,17 @@ def test_arrivals_are_the_sound_later_and_fainter() -> None:
     time = np.arange(4000) / RATE_HZ
     tone = np.sin(2 * np.pi * 1000 * time)
     for away in (1.0, 2.345, 7.1):
-        way, ways = Arrivals(RATE_HZ, SPEED_OF_SOUND), np.full((1, 1), away)
+        way, ways = Arrivals(RATE_HZ, SPEED_OF_SOUND_M_S), np.full((1, 1), away)
         parts = [way.feed(tone[k : k + BLOCK], ways, ways, np.ones((1, 1))) for k in range(0, 4000, BLOCK)]
         told = np.concatenate(parts)[:, 0]
-        late = away / SPEED_OF_SOUND + HALF_SAMPLES / RATE_HZ
+        late = away / SPEED_OF_SOUND_M_S + HALF_SAMPLES / RATE_HZ
         wanted = np.sin(2 * np.pi * 1000 * (time - late)) / away
         np.testing.assert_allclose(told[1000:], wanted[1000:], atol=4e-3 / away)
 
 
 def test_a_way_that_grows_lowers_the_pitch() -> None:
     """Doppler: leaving at 3.43 m/s, a hundredth of the sound's speed."""
-    way = Arrivals(RATE_HZ, SPEED_OF_SOUND)
+    way = Arrivals(RATE_HZ, SPEED_OF_SOUND_M_S)
     tone = np.sin(2 * np.pi * 1000 * np.arange(RATE_HZ) / RATE_HZ)
     step = 3.43 * BLOCK / RATE_HZ
     parts = [
@@ -71,7 +71,7 @@ def test_a_way_that_grows_lowers_the_pitch() -> None:
 
 
 def test_the_pieces_are_the_image_sources_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reverberation, "IMAGE_JITTER", 0.0)
+    monkeypatch.setattr(reverberation, "IMAGE_JITTER_M", 0.0)
     monkeypatch.setattr(reverberation, "DECAY_SHARE", 1.0)
     ears = microphones().ears(HERE)
     talker = SoundSource("x", MOUTH, RATE_HZ, BLOCK, 0.25, 0)

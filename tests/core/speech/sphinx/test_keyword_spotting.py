@@ -12,7 +12,7 @@ from core.sensors.microphones import Sound
 from core.speech.recognition.decision import RecognizedUtterance, stop
 from core.speech.recognition.recognizer import at_16_khz
 from core.speech.settings import RATE_HZ, SpeechSettings
-from core.speech.sphinx.keyword_spotting import LONGEST_UNDER_WAY, BeamformedStop, SphinxKeywordSpotter, fall, spotted
+from core.speech.sphinx.keyword_spotting import MAX_UNDER_WAY_S, BeamformedStop, SphinxKeywordSpotter, fall, spotted
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, can_speak, speak
 from tests.core.speech.ears import mono
 
@@ -71,7 +71,7 @@ def test_nothing_is_decoded_while_nobody_speaks_and_stop_is_heard_after_a_long_s
 def test_an_utterance_is_told_to_stop_once_and_long_talk_is_not_listened_to() -> None:
     spotter = BeamformedStop(SpeechSettings())
     assert spotter.wants(1.0, 1.5)
-    assert not spotter.wants(1.0, 1.0 + LONGEST_UNDER_WAY + 0.1)
+    assert not spotter.wants(1.0, 1.0 + MAX_UNDER_WAY_S + 0.1)
     if can_speak():
         assert spotter.find(in_hum("stop moving", 8.0), SINCE)
         assert not spotter.wants(SINCE, SINCE + 0.5)
