@@ -32,6 +32,7 @@ QUALITIES = (70, 55, 40, 25)  # of the film, the best that fits
 STILL_QUALITY = 88
 GALLERY = ("maps", "people", "experiments", "connect")  # pages
 LONG = 90_000  # [ms]
+FRESH_S = 5.0  # [s] that a picture waits for a machine that is not busy
 
 
 def page_of(browser: Browser, console: Running, size: tuple[int, int], theme: str, kind: str) -> Page:
@@ -41,6 +42,7 @@ def page_of(browser: Browser, console: Running, size: tuple[int, int], theme: st
         color_scheme="light" if theme == "light" else "dark",
         has_touch=size == PHONE,
         device_scale_factor=2 if size == PHONE else 1,
+        reduced_motion="reduce" if kind == "3-D" else "no-preference",  # that map leaves a fade no time
     )
     for name, value in (("hints", "seen"), ("map", kind)):
         context.add_init_script(f"localStorage.setItem('beckon.{name}', '{value}')")
@@ -65,7 +67,9 @@ def shot(page: Page) -> Array:
 
 
 def keep(page: Page, path: Path) -> None:
-    """Write what is seen."""
+    """Write what is seen, where it can be while the camera's picture is new and the robot's clock not slow."""
+    old = page.locator("camera-view.is-old, robot-badge [data-tone]:visible")
+    until(page, lambda: old.count() == 0, FRESH_S)
     cv2.imwrite(str(path), shot(page), [cv2.IMWRITE_WEBP_QUALITY, STILL_QUALITY])
 
 

@@ -115,6 +115,20 @@ def test_on_a_phones_side_nothing_lies_under_stop_and_words_are_offered_in_sight
     assert sheet and sheet["x"] + sheet["width"] <= stop["x"]
 
 
+def test_every_layer_of_the_map_can_be_pressed_at_every_size(visit: Open) -> None:
+    here = visit()
+    covered = """() => [...document.querySelectorAll(".flat-layer")].filter((layer) => {
+        const { left, top, width, height } = layer.getBoundingClientRect();
+        return !layer.contains(document.elementFromPoint(left + width / 2, top + height / 2));
+    }).map((layer) => layer.textContent)"""
+    for width, height in ((1440, 900), (1366, 650), (820, 1180), (844, 390), (390, 844)):
+        here.page.set_viewport_size({"width": width, "height": height})
+        here.find(".flat-layers-place > button").click()
+        expect(here.find(".flat-layer").last).to_be_visible()
+        assert here.page.evaluate(covered) == [], (width, height)
+        here.page.keyboard.press("Escape")
+
+
 SIZES = [(1280, 720), (1030, 640), (1440, 900), (1366, 650), (820, 1180), (844, 390), (720, 450), (390, 844)]
 # What an operator looks at: camera whole, tabs beside it and not over it, a map to press, STOP, status, words.
 WHOLE = """() => {

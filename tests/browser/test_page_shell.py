@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Route, expect
 
 from tests.browser.running_console import Running
-from tests.browser.visit import DESK, PATIENCE, PHONE, Visit
+from tests.browser.visit import DESK, PATIENCE, PHONE, Profiles, Visit
 
 Open = Callable[..., Visit]
 PAGES = ("Calibrate", "Hearing", "People", "Maps", "Recordings", "Experiments", "Connect", "Help")
@@ -148,6 +148,17 @@ def test_beside_a_page_keys_stop_but_do_not_drive(visit: Open, console: Running)
     here.still()
     here.until(lambda: console.newest()["state"] == "cancelled", "it was stopped")
     console.ask("api/lease", {"do": "release"})
+
+
+def test_until_its_programs_run_a_phones_page_says_that_it_loads(profiles: Profiles, console: Running) -> None:
+    page = profiles.take(PHONE, "dark").new_page()
+    page.route("**/js/main.js", lambda _: None)  # no answer
+    page.goto(console.driving, wait_until="commit")
+    expect(page.locator("command-status")).to_be_visible()
+    says = "getComputedStyle(document.querySelector('command-status'), '::before').content"
+    assert page.evaluate(says) == '"Loading…"'
+    page.unroute_all(behavior="ignoreErrors")
+    profiles.leave(page, PHONE, "dark")
 
 
 def test_help_has_german_contents_and_says_that_an_article_is_in_english(visit: Open) -> None:
