@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.browser.running_console import REPOSITORY
+from tests.browser.running_console import REPOSITORY, Running
 from tests.browser.visit import DESK, PHONE, Visit
 from tests.console.live_fleet import LiveFleet
 
@@ -79,6 +79,25 @@ def test_axe_has_nothing_to_say_about_any_page_in_either_theme(visit: Open, flee
         look(path)
     open_fleet(here, fleet)
     look("fleet")
+    assert {where: what for where, what in said.items() if what} == {}
+
+
+def test_in_german_too_what_is_pressed_is_named_by_its_words(
+    visit: Open, console: Running, fleet: LiveFleet, axe: str
+) -> None:
+    console.ask("api/places", {"name": "kitchen", "x_m": 1.0, "y_m": 0.5, "heading_rad": None})
+    german = "localStorage.setItem('beckon.language', 'de')"
+    here = visit(before=lambda page: page.add_init_script(german))
+    said = {}
+    for path in ("", *PAGES, "fleet"):
+        if path == "fleet":
+            open_fleet(here, fleet)
+        elif path:
+            here.go(path)
+        for size in (DESK, PHONE):
+            here.page.set_viewport_size({"width": size[0], "height": size[1]})
+            said[path, size] = violations(here.page, axe, ["label-content-name-mismatch"])
+    console.ask("api/places/kitchen", method="DELETE")
     assert {where: what for where, what in said.items() if what} == {}
 
 
