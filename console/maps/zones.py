@@ -1,4 +1,4 @@
-"""Zones of the map in use: the pilot keeps out of some, and the gate gets a lower cap in the others.
+"""Zones of the map in use: the pilot keeps out of some and is slow in others, and so is the gate.
 
 A hand that drives is warned at a zone to keep out of, and enters it with a second press.
 """
@@ -24,7 +24,7 @@ from console.robot.supervisor import RobotSupervisor
 from core.errors import BadInput
 from core.gate import Twist
 from core.message import Array
-from core.navigation.zones import KeepOuts, MapZone, ZoneKind, crosses_itself, enclosed_area, slow_cap
+from core.navigation.zones import KeepOuts, MapZone, SlowZones, ZoneKind, crosses_itself, enclosed_area
 from core.pilot.pilot import Pilot
 from core.pipelines.nav2_map import UNKNOWN_VALUE, Nav2Cells, read_nav2_zip
 from core.pipelines.nav2_masks import SpeedType, keep_out_polygons, mask_files, slow_polygons
@@ -55,7 +55,7 @@ class ZoneService(Part):
     def __init__(self, maps: MapService, robot: RobotSupervisor, dispatcher: CommandDispatcher, lease: Lease) -> None:
         self.zones: tuple[MapZone, ...] = ()  # where they are now
         self._maps, self._robot, self._dispatcher, self._lease = maps, robot, dispatcher, lease
-        self._keep_outs = KeepOuts()
+        self._keep_outs, self._slow_zones = KeepOuts(), SlowZones()
         self._cap: float | None = None
         self._capped_at = -math.inf  # [s]
         self._warned: tuple[str, int, float] | None = None  # of which zone, by which press, when [s]
@@ -65,13 +65,13 @@ class ZoneService(Part):
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         cap = self._cap_at(snapshot)
         now = time.monotonic()
-        if cap == self._cap and (not self._slow or now - self._capped_at < CAP_PERIOD_S):
+        if cap == self._cap and (not self._slow_zones.zones or now - self._capped_at < CAP_PERIOD_S):
             return
         self._cap, self._capped_at = cap, now
         self._robot.cap(cap)
 
     def equip(self, pilot: Pilot) -> None:
-        pilot.keep_out_of(self._keep_outs)
+        pilot.heed(self._keep_outs, self._slow_zones)
 
     async def add(self, mark: ZoneMark, who: Person) -> MapZone:
         """Draw a zone. Raises BadInput, Problem 409, 503, Refused, Unwritable."""
@@ -131,22 +131,17 @@ class ZoneService(Part):
 
     # steps of the above
 
-    @property
-    def _slow(self) -> tuple[MapZone, ...]:
-        return tuple(zone for zone in self.zones if zone.kind == "slow")
-
     def _refresh(self) -> None:
         self.zones = tuple(one.now(self._maps.submaps) for one in self._maps.marks.zones)
         self._keep_outs = KeepOuts(tuple(zone for zone in self.zones if zone.kind == "keep_out"))
+        self._slow_zones = SlowZones(tuple(zone for zone in self.zones if zone.kind == "slow"))
         if self._dispatcher.pilot is not None:
-            self._dispatcher.pilot.keep_out_of(self._keep_outs)
+            self._dispatcher.pilot.heed(self._keep_outs, self._slow_zones)
 
     def _cap_at(self, snapshot: Snapshot) -> float | None:
-        """The cap [m/s] where the robot is; a robot that is lost may be in any slow zone."""
-        slow = self._slow
-        if snapshot.floor.lost is not None:
-            return min((zone.max_speed for zone in slow if zone.max_speed is not None), default=None)
-        return slow_cap(slow, snapshot.estimate.pose, snapshot.velocity.v, self._robot.profile.radius)
+        """The cap [m/s] of the gate where the robot is: commands keep to it by themselves, a hand does not."""
+        pose = snapshot.estimate.pose if snapshot.floor.lost is None else None
+        return self._slow_zones.cap(pose, snapshot.velocity.v, self._robot.profile.radius)
 
     def _stop_inside(self, *names: str) -> None:
         """A command whose way may lead through a new zone ends: it was planned without it."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -81,6 +80,22 @@ class KeepOuts:
         )
 
 
+@dataclass(frozen=True)
+class SlowZones:
+    """Zones in which the robot drives slowly."""
+
+    zones: tuple[MapZone, ...] = ()
+
+    def cap(self, pose: Pose | None, speed: float, radius: float) -> float | None:
+        """The speed [m/s] that is allowed to a body of `radius` [m] here; the lowest wins. None: any.
+
+        It is reached before the body enters a zone. Without a `pose` the robot may be in any of them.
+        """
+        reach = radius + stopping_way(speed)
+        near = [zone for zone in self.zones if pose is None or zone.depth(pose.x, pose.y) > -reach]
+        return min((zone.max_speed for zone in near if zone.max_speed is not None), default=None)
+
+
 def roomiest_spot(points: Array, grid: OccupancyGrid) -> tuple[float, float] | None:
     """The spot (x, y) [m] within a polygon (N, 2), world, with most free floor around; None where there is none."""
     floor = np.pad(cells_in(points, grid) & (grid.log_odds < FLOOR_LOG_ODDS), 1).astype(np.uint8)
@@ -95,16 +110,6 @@ def roomiest_spot(points: Array, grid: OccupancyGrid) -> tuple[float, float] | N
 def stopping_way(speed: float) -> float:
     """How far [m] the robot drives on at `speed` [m/s] until it stands."""
     return abs(speed) * REACTION_S + speed * speed / (2 * BRAKING_M_S2)
-
-
-def slow_cap(zones: Iterable[MapZone], pose: Pose, speed: float, radius: float) -> float | None:
-    """The speed [m/s] that the slow zones allow a body of `radius` [m] here; the lowest wins. None: none is near.
-
-    It is reached before the body enters one.
-    """
-    reach = radius + stopping_way(speed)
-    near = [zone.max_speed for zone in zones if zone.max_speed is not None and zone.depth(pose.x, pose.y) > -reach]
-    return min(near, default=None)
 
 
 def enclosed_area(points: Array) -> float:

@@ -16,7 +16,7 @@ from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.message import Array, message
 from core.navigation.control_context import ControlContext, SteeredBody
-from core.navigation.zones import KeepOuts
+from core.navigation.zones import KeepOuts, SlowZones
 from core.perception.people.appearance import PersonProfile
 from core.perception.people.looking import PersonLook
 from core.perception.people.voice_bearing import likeliest
@@ -105,7 +105,7 @@ class Pilot:
         self._notices = Notices()
         self._inbox = Inbox()
         self._who: PersonProfile | None = None
-        self._keep_outs = KeepOuts()
+        self._keep_outs, self._slow_zones = KeepOuts(), SlowZones()
         self._ground: tuple[OccupancyGrid, KeepOuts, OccupancyGrid] | None = None  # a grid and the same with zones
         self._edited: tuple[OccupancyGrid, MapEdits, OccupancyGrid] | None = None  # what was seen, and with edits
         self._hidden: tuple[tuple[Landmark, ...], OccupancyGrid, tuple[Landmark, ...]] | None = None
@@ -162,9 +162,9 @@ class Pilot:
         """Come to and follow only this person from the next frame on; None: anybody."""
         self._inbox.put(lambda _: setattr(self, "_who", who))
 
-    def keep_out_of(self, zones: KeepOuts) -> None:
-        """Enter none of these zones from now on: a command that is given next is judged by them."""
-        self._keep_outs = zones
+    def heed(self, keep_outs: KeepOuts, slow: SlowZones) -> None:
+        """Enter none of the first zones and be slow in the others from now on: the next command is judged by them."""
+        self._keep_outs, self._slow_zones = keep_outs, slow
 
     def drive_with(self, settings: Settings) -> None:
         """Take the settings of driving, walls and people, which are read with every frame, from the next frame on."""
@@ -310,7 +310,7 @@ class Pilot:
         """A recording that jumped back in time, or a robot whose clock began again, starts from the beginning."""
         if stamp < self._stamp - 1e-6:
             if not self._first:
-                self._keep_outs = KeepOuts()  # which lay on the map that is gone
+                self._keep_outs, self._slow_zones = KeepOuts(), SlowZones()  # which lay on the map that is gone
             self._executor.end("failed", Statement("pilot.clock_reset"))
             self._reset(stamp)
 
@@ -380,10 +380,12 @@ class Pilot:
         wait_for = Statement("pilot.looking_around") if waits else ""
         twist = self._executor.drive(self._surroundings(frame, motion, pose), wait_for)
         zone = self._keep_outs.ahead(pose, twist, self._body.radius)
-        if zone is None:
-            return twist
-        self._executor.end("failed", Statement("zones.ahead", name=zone.name))
-        return ZERO
+        if zone is not None:
+            self._executor.end("failed", Statement("zones.ahead", name=zone.name))
+            return ZERO
+        speed = 0.0 if motion.wheels is None else motion.wheels.speed
+        cap = self._slow_zones.cap(pose if lost is None else None, speed, self._body.radius)
+        return twist if cap is None else twist.clamped(cap, self._body.max_turn_rate)
 
     def _forbidden(self, command: Command) -> str:
         """Return why a command may not be obeyed: its goal lies in a zone; "": it may."""

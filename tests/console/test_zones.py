@@ -78,6 +78,21 @@ def test_a_slow_zone_caps_what_the_gate_lets_through(bare: Live) -> None:
     call(bare, "DELETE", "/api/zones/shop", status=404)
 
 
+def test_a_command_keeps_to_a_slow_zone_by_itself(bare: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cap of the gate comes from the event loop, which may be late."""
+    monkeypatch.setattr(bare.robot, "cap", lambda speed: None)
+    pose = bare.runtime.snapshot.estimate.pose
+    body = {"name": "shop", "kind": "slow", "points_m": square(pose.x, pose.y, 3.0), "max_speed_m_s": 0.04}
+    call(bare, "POST", "/api/zones", body, status=201)
+    rows = bare.robot.writer.rows
+    first = len(rows)
+    call(bare, "POST", "/api/commands", {"text": "continue 0.2 meters"}, status=202)
+    bare.until(lambda: any(row.v > 0.03 for row in rows[first:]))
+    bare.until(lambda: bare.runtime.snapshot.active_command is None, 60)
+    assert max(row.v for row in rows[first:]) <= 0.04 + 1e-9
+    assert bare.robot.gate._cap == math.inf
+
+
 def test_a_hand_is_warned_and_enters_with_a_second_press(bare: Live) -> None:
     x, y = ahead(bare, 0.2)
     call(bare, "POST", "/api/zones", {"name": "hole", "kind": "keep_out", "points_m": square(x, y, 0.1)}, status=201)

@@ -33,7 +33,7 @@ from core.errors import BadInput, Refused, Unwritable
 from core.files import SEAL
 from core.gate import ZERO
 from core.geometry import Pose
-from core.navigation.zones import KeepOuts, MapZone
+from core.navigation.zones import KeepOuts, MapZone, SlowZones
 from core.pilot import Pilot
 from core.pilot.pilot import parts_of
 from core.robots import Profile
@@ -370,13 +370,14 @@ def test_a_robot_whose_clock_began_again_is_on_no_saved_map_any_more(tmp_path: P
         await console.mark(places=DESK_MARKS, edits=ERASED_CELLS)
         saved = console.kept("Office")
         corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
-        pilot.keep_out_of(KeepOuts((MapZone(name="hole", kind="keep_out", points=corners),)))
+        hole = MapZone(name="hole", kind="keep_out", points=corners)
+        pilot.heed(KeepOuts((hole,)), SlowZones((replace(hole, kind="slow", max_speed=0.1),)))
         pilot.edit_map(MapEdits((MapEdit("free", corners),)))
         pilot.step(replace(seen()[1][-1], stamp=seen()[1][-1].stamp + 0.1))
-        assert pilot._edits.edits and pilot._keep_outs.zones
+        assert pilot._edits.edits and pilot._keep_outs.zones and pilot._slow_zones.zones
         console.look()
         assert (maps.shown.name, maps.frame, maps.marks) == (None, "", MapMarks())
-        assert not pilot._edits.edits and not pilot._keep_outs.zones
+        assert not pilot._edits.edits and not pilot._keep_outs.zones and not pilot._slow_zones.zones
         await console.autosave()
         assert console.kept("Office") == saved and saved[2].places == DESK_MARKS
         frame = console.kept(LAST_MAP)[1]

@@ -11,7 +11,7 @@ from core.errors import Refused
 from core.gate import Twist
 from core.geometry import Pose
 from core.navigation.planner import PlannerSettings, plan
-from core.navigation.zones import KeepOuts, MapZone, slow_cap, stopping_way
+from core.navigation.zones import KeepOuts, MapZone, SlowZones, stopping_way
 from core.slam.map.occupancy import OccupancyGrid
 from tests.core.navigation.rooms import NO_SCAN
 
@@ -83,8 +83,9 @@ def test_a_zone_that_is_driven_along_hides_none_ahead() -> None:
 
 
 def test_the_lowest_slow_zone_caps_before_the_body_is_in_it() -> None:
-    zones = (box(1.0, 0.0, 3.0, 2.0, 0.1), box(2.0, 0.0, 3.0, 2.0, 0.05), box(2.5, 0.0, 3.0, 2.0))
-    assert slow_cap(zones, Pose(0.5, 1.0), 0.0, RADIUS) is None
-    assert slow_cap(zones, Pose(1.0 - RADIUS + 0.01, 1.0), 0.0, RADIUS) == 0.1
-    assert slow_cap(zones, Pose(1.0 - RADIUS - stopping_way(0.3) + 0.01, 1.0), 0.3, RADIUS) == 0.1
-    assert slow_cap(zones, Pose(2.5, 1.0), 0.1, RADIUS) == 0.05
+    slow = SlowZones((box(1.0, 0.0, 3.0, 2.0, 0.1), box(2.0, 0.0, 3.0, 2.0, 0.05)))
+    assert slow.cap(Pose(0.5, 1.0), 0.0, RADIUS) is None
+    assert slow.cap(Pose(1.0 - RADIUS + 0.01, 1.0), 0.0, RADIUS) == 0.1
+    assert slow.cap(Pose(1.0 - RADIUS - stopping_way(0.3) + 0.01, 1.0), 0.3, RADIUS) == 0.1
+    assert slow.cap(Pose(2.5, 1.0), 0.1, RADIUS) == slow.cap(None, 0.1, RADIUS) == 0.05
+    assert SlowZones().cap(None, 0.1, RADIUS) is None
