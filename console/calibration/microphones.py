@@ -36,6 +36,14 @@ from core.snapshot import Snapshot
 from core.speech.practice_voice import practice_voice
 from core.speech.synthesis import VoiceSettings, speak
 
+log = logging.getLogger(__name__)
+
+CHECKED_S = 3.0  # of sound that the self-check looks at
+CLAP_S = 3.0  # within which a person claps
+BUDGET_S = 30.0  # of processor time
+MOVING_SPEED = 0.02  # [m/s, rad/s]
+MOST_CLAPS = 24
+FILE = "microphones.json"
 RECORDING_TIMEOUT_S = 20.0  # by the clock for a recording of any length
 RATE_HZ = 16_000  # of speech in the simulated room
 TRIED_DISTANCES_M = (1.5, 1.2, 0.9, 2.0, 0.6)  # that are tried
@@ -108,11 +116,8 @@ def words() -> bytes:
     return np.round(32767 * level).astype("<i2").tobytes()
 
 
-# Storage of the microphones' accepted orientation: one file, sealed by a checksum.
-
-
 class AcceptedOrientation(msgspec.Struct, frozen=True):
-    """The file of an orientation; one that someone wrote by hand may do without the lower half."""
+    """The file of an orientation, under a checksum; one that was written by hand may do without the lower half."""
 
     yaw: float  # [rad] robot_from_microphones
     yaw_sd: float  # [rad]
@@ -157,16 +162,6 @@ def write_orientation(path: Path, found: AcceptedOrientation | None) -> None:
             sync_folder(path.parent)
         return
     write_atomic(path, json.dumps(sealed(msgspec.structs.asdict(found))))
-
-
-log = logging.getLogger(__name__)
-
-CHECKED_S = 3.0  # of sound that the self-check looks at
-CLAP_S = 3.0  # within which a person claps
-BUDGET_S = 30.0  # of processor time
-MOVING_SPEED = 0.02  # [m/s, rad/s]
-MOST_CLAPS = 24
-FILE = "microphones.json"
 
 
 @dataclass(frozen=True)

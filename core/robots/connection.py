@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import msgspec
 import numpy as np
@@ -34,8 +34,8 @@ class FoundPart(msgspec.Struct, frozen=True, kw_only=True):
     findings: Findings = Findings()
 
 
-class FoundLaser(msgspec.Struct, frozen=True, kw_only=True):
-    """A laser and its mounting."""
+class FoundSensor(msgspec.Struct, frozen=True, kw_only=True):
+    """A sensor that stands upright on the robot, and its mounting."""
 
     name: str
     x_m: float
@@ -43,6 +43,11 @@ class FoundLaser(msgspec.Struct, frozen=True, kw_only=True):
     heading_rad: float
     height_m: float
     mounting: Origin
+
+
+class FoundLaser(FoundSensor, frozen=True, kw_only=True):
+    """A laser and its mounting."""
+
     beams: int
     range_max_m: float
     rate_hz: float | None  # None: the robot does not say it
@@ -65,15 +70,9 @@ class FoundCamera(msgspec.Struct, frozen=True, kw_only=True):
     rate_hz: float | None  # None: the robot does not say it
 
 
-class FoundMicrophones(msgspec.Struct, frozen=True, kw_only=True):
+class FoundMicrophones(FoundSensor, frozen=True, kw_only=True):
     """A microphone array and its mounting."""
 
-    name: str
-    x_m: float
-    y_m: float
-    heading_rad: float
-    height_m: float
-    mounting: Origin
     microphones: int
 
 
@@ -130,6 +129,9 @@ def describe(
         turned = isinstance(at, Pose) and any((at.x, at.y, at.heading))
         return "robot" if not parts or sensor.name in placed or turned else "assumed"
 
+    def array_origin(name: str) -> Origin:
+        return "file" if name in file.microphones else "assumed" if parts else "robot"
+
     return FoundRobot(
         url=profile.url,
         name=profile.name,
@@ -142,7 +144,7 @@ def describe(
         lasers=tuple(_laser(one, mounted(one, file.lasers.get(one.name))) for one in profile.lasers),
         cameras=tuple(_camera(one, mounted(one, file.cameras.get(one.name))) for one in profile.cameras),
         microphones=tuple(
-            _array(one, "file" if one.name in file.microphones else "assumed" if parts else "robot")
+            FoundMicrophones(**_mounted(one, array_origin(one.name)), microphones=len(one.positions))
             for one in profile.arrays
         ),
     )
@@ -159,15 +161,16 @@ def _whole(profile: Profile) -> FoundPart:
     )
 
 
+def _mounted(sensor: Laser | MicrophoneArray, origin: Origin) -> dict[str, Any]:
+    """The fields of a FoundSensor."""
+    at = sensor.mounting
+    place = {"x_m": _short(at.x), "y_m": _short(at.y), "heading_rad": _short(at.heading)}
+    return {**place, "name": sensor.name, "height_m": round(sensor.height, DECIMAL_DIGITS), "mounting": origin}
+
+
 def _laser(laser: Laser, origin: Origin) -> FoundLaser:
-    x, y, heading = _flat(laser.mounting)
     return FoundLaser(
-        name=laser.name,
-        x_m=x,
-        y_m=y,
-        heading_rad=heading,
-        height_m=round(laser.height, DECIMAL_DIGITS),
-        mounting=origin,
+        **_mounted(laser, origin),
         beams=laser.beams,
         range_max_m=laser.range_max,
         rate_hz=None if laser.rate is None else round(laser.rate, 2),
@@ -191,23 +194,6 @@ def _camera(camera: Camera, origin: Origin) -> FoundCamera:
         height=camera.model.height,
         rate_hz=None if camera.rate is None else round(camera.rate, 2),
     )
-
-
-def _array(array: MicrophoneArray, origin: Origin) -> FoundMicrophones:
-    x, y, heading = _flat(array.mounting)
-    return FoundMicrophones(
-        name=array.name,
-        x_m=x,
-        y_m=y,
-        heading_rad=heading,
-        height_m=round(array.height, DECIMAL_DIGITS),
-        mounting=origin,
-        microphones=len(array.positions),
-    )
-
-
-def _flat(mounting: Pose) -> tuple[float, float, float]:
-    return _short(mounting.x), _short(mounting.y), _short(mounting.heading)
 
 
 def _short(value: float) -> float:

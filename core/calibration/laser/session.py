@@ -28,9 +28,24 @@ from core.message import Array
 from core.optics import CameraModel
 from core.sensors.laser import Scan
 
-# Describe the progress of the laser's wizard, and what is missing, in words.
-
-KNOWN_FROM = KNOWN_GAIN  # gain from which a direction counts as known
+ADVISED_NEWNESS = 1.5  # times as new as a pose has to be are the poses that are advised: hands miss
+RANGE_SD_M = 0.007  # of an averaged range, until it has been measured
+EMPTY_ROOM_SCANS = 30  # scans of the empty room
+POSE_SCANS = 20  # of every still pose
+STILL_MOTION_PX = 0.7  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
+MAX_DRIFT_PX = 2.0  # [pixel] that the corners may wander in all while scans are gathered, per 640 pixels of width
+MAX_BLIND_SCANS = 5  # scans that may come without a picture that shows the board still
+NEW_POSE_TURN_RAD = np.deg2rad(8)  # by which its board is turned in a new pose
+NEW_POSE_SHARE = 0.08  # of its distance, by which it is nearer or farther in a new pose
+MIN_POSE_COUNT = 10
+MIN_SOLVED_POSES = 4
+MIN_SUSPECTED_POSES = 6  # poses that are enough to suspect the scans themselves
+MAX_LANDING_PX = 3.0  # [pixel] within which a laser point at 1 m has to land (95 %)
+CANDIDATE_POSES = 150
+FIRST_SEED = 5
+LEAST_BEAMS = 15  # that have to meet the panel
+CORNER_SD_PX = 0.2  # of a corner
+HOLDING = BoardPlacement(nearest=0.35, farthest=1.2, least_tilt=0.0, most_tilt=np.deg2rad(55))
 
 
 class LaserProgress(NamedTuple):
@@ -43,66 +58,7 @@ class LaserProgress(NamedTuple):
     ready: bool
     words: str
     from_ruler: dict[str, str] = {}  # direction → how it was measured, where that speaks instead of the poses
-    known_from: float = KNOWN_FROM
-
-
-def progress_of(
-    calibration: LaserCalibration | None,
-    model: CameraModel,
-    mount: Mount,
-    *,
-    poses: int,
-    wanted: tuple[int, float],
-    stale: bool,
-    room_known: bool,
-) -> LaserProgress:
-    """The solution so far, the number of poses, and how many are `wanted`, landing within how many pixels.
-
-    A room that is not known yet matters only where more poses are needed.
-    """
-    least, laser_offset = wanted
-    missing = least - poses
-    first = "" if room_known else "First the empty room: step out of the laser's view."
-    if calibration is None:
-        more = f"{missing} more pose{'s' * (missing > 1)} of the board at least."
-        words = (first or more) if missing > 0 else "Not solved yet."
-        return LaserProgress(poses, {}, (), "", False, words, mount.from_ruler)
-    found = calibration.extrinsics
-    offsets, sentences = landings(found, model), weak_words(found)
-    near = max(offsets[1]["sideways_px"], offsets[1]["up_down_px"]) <= laser_offset
-    if missing > 0:
-        words = first or f"{missing} more pose{'s' * (missing > 1)} at least."
-    elif stale:
-        words = "Not solved yet."
-    elif calibration.doubt:
-        words = calibration.doubt
-    elif sentences:
-        words = first or sentences[0]
-    elif not near:
-        words = first or f"Not yet exact: {laser_offset_words(offsets)}"
-    else:
-        words = f"Done: {laser_offset_words(offsets)}"
-    ready = missing <= 0 and not stale and not sentences and near and not calibration.doubt
-    precision = {name: float(gain) for name, gain in zip(NAMES, found.gain, strict=True)}
-    return LaserProgress(poses, precision, sentences, laser_offset_words(offsets), ready, words, found.from_ruler)
-
-
-ADVISED_NEWNESS = 1.5  # times as new as a pose has to be are the poses that are advised: hands miss
-RANGE_SD_M = 0.007  # of an averaged range, until it has been measured
-
-
-# Conditions under which a pose is taken by itself.
-EMPTY_ROOM_SCANS = 30  # scans of the empty room
-POSE_SCANS = 20  # of every still pose
-STILL_MOTION_PX = 0.7  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
-MAX_DRIFT_PX = 2.0  # [pixel] that the corners may wander in all while scans are gathered, per 640 pixels of width
-MAX_BLIND_SCANS = 5  # scans that may come without a picture that shows the board still
-NEW_POSE_TURN_RAD = np.deg2rad(8)  # by which its board is turned in a new pose
-NEW_POSE_SHARE = 0.08  # of its distance, by which it is nearer or farther in a new pose
-MIN_POSE_COUNT = 10
-MIN_SOLVED_POSES = 4
-MIN_SUSPECTED_POSES = 6  # poses that are enough to suspect the scans themselves
-MAX_LANDING_PX = 3.0  # [pixel] within which a laser point at 1 m has to land (95 %)
+    known_from: float = KNOWN_GAIN  # gain from which a direction counts as known
 
 
 @dataclass
@@ -116,13 +72,6 @@ class TakenPose:
     def name(self) -> str:
         """Its name."""
         return self.pose.name
-
-
-CANDIDATE_POSES = 150
-FIRST_SEED = 5
-LEAST_BEAMS = 15  # that have to meet the panel
-CORNER_SD_PX = 0.2  # of a corner
-HOLDING = BoardPlacement(nearest=0.35, farthest=1.2, least_tilt=0.0, most_tilt=np.deg2rad(55))
 
 
 def advise_pose(
@@ -314,16 +263,31 @@ class LaserSession(BoardSession[TakenPose, LaserCalibration]):
         )
 
     def progress(self) -> LaserProgress:
-        """The progress so far, and what is missing."""
-        return progress_of(
-            self.calibration,
-            self.model,
-            self.mount,
-            poses=len(self.poses),
-            wanted=(MIN_POSE_COUNT, MAX_LANDING_PX),
-            stale=self.stale,
-            room_known=self.background is not None,
-        )
+        """The progress so far, and what is missing. An unknown room matters only where more poses are needed."""
+        poses, calibration = len(self.poses), self.calibration
+        missing = MIN_POSE_COUNT - poses
+        first = "" if self.background is not None else "First the empty room: step out of the laser's view."
+        if calibration is None:
+            more = f"{missing} more pose{'s' * (missing > 1)} of the board at least."
+            words = (first or more) if missing > 0 else "Not solved yet."
+            return LaserProgress(poses, {}, (), "", False, words, self.mount.from_ruler)
+        found = calibration.extrinsics
+        offsets, sentences = landings(found, self.model), weak_words(found)
+        landing = laser_offset_words(offsets)
+        near = max(offsets[1]["sideways_px"], offsets[1]["up_down_px"]) <= MAX_LANDING_PX
+        if missing > 0:
+            words = first or f"{missing} more pose{'s' * (missing > 1)} at least."
+        elif self.stale:
+            words = "Not solved yet."
+        elif calibration.doubt:
+            words = calibration.doubt
+        elif sentences:
+            words = first or sentences[0]
+        else:
+            words = f"Done: {landing}" if near else first or f"Not yet exact: {landing}"
+        ready = missing <= 0 and not self.stale and not sentences and near and not calibration.doubt
+        precision = {name: float(gain) for name, gain in zip(NAMES, found.gain, strict=True)}
+        return LaserProgress(poses, precision, sentences, landing, ready, words, found.from_ruler)
 
     def _empty_room(self) -> BoardVerdict:
         count, wanted = len(self._scans), EMPTY_ROOM_SCANS
