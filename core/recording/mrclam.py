@@ -14,6 +14,7 @@ import numpy as np
 from core.errors import BadInput
 from core.geometry import Pose, wrap
 from core.message import Array
+from core.recording.clocks import seconds_per_unit
 from core.recording.read_report import ReadReport
 from core.recording.recording import LogSettings, SightingRecording
 from core.recording.sightings import MAX_BEARING_RAD, MAX_TURN_RATE_RAD_S, Ids, SightingSteps, grouped, in_radians
@@ -39,7 +40,7 @@ def read_columns(path: Path, columns: int, largest: int, tally: ReadReport) -> A
             row = [float(word) for word in words[:columns]]
         except ValueError:
             row = []
-        if len(row) < columns or not all(abs(value) < 1e12 for value in row):
+        if len(row) < columns or not all(abs(value) < MAX_STAMP_NS for value in row):
             tally.skip("it is cut or no numbers", f"line {number} of {path.name}")
             continue
         numbers.extend(row)
@@ -48,6 +49,7 @@ def read_columns(path: Path, columns: int, largest: int, tally: ReadReport) -> A
     return np.array(numbers).reshape(-1, columns)
 
 
+MAX_STAMP_NS = 1e20  # of a row's time, in whatever unit
 LAST_ROBOT = 5  # subjects up to this number drive around and are no landmarks
 FORWARD_NOISE = 0.03  # [m/√s] while moving
 TURN_NOISE = math.radians(2.0)  # [rad/√s] while moving
@@ -88,7 +90,9 @@ def _robot_file(folder: Path, robot: int, what: str, columns: int, settings: Log
         raise BadInput(
             f"{folder.name} has no robot {robot}; it has {', '.join(there) or 'none'}. Say which after #, such as #1."
         )
-    return read_columns(path, columns, settings.largest_file, tally)
+    rows = read_columns(path, columns, settings.largest_file, tally)
+    rows[:, 0] *= seconds_per_unit(np.sort(rows[:, 0]), path.stem, tally)
+    return rows
 
 
 def _moves(odometry: Array, times: Array) -> Iterator[Increment]:

@@ -37,6 +37,7 @@ MAX_ECHO_SCANS, MIN_UNIQUE_SHARE = 8, 0.45  # within which a scan comes again; o
 MIN_REPEATED_SCANS, MAX_REPEATED_SHARE = 30, 0.2  # of a log without odometry, that are those before to the last bit
 MAX_MIXED_SHARE = 0.5  # of a log, in which two robots' scans take turns
 MIN_KEPT_SHARE = 0.45  # of the scans that a log must have a time for
+MIN_SET_BACK_S = 0.25  # by which a clock was set back, where all streams show it as often
 COMPARED_SCANS, USUAL_SHARE = 20, 0.9  # before and after a step of a clock, of whose changes of ranges so many …
 MAX_CHANGE_RATIO, MIN_CHANGE = 2.0, 0.01  # … times which, but at least that share, one place may change
 DEFAULT_RANGE_M = 100.0  # taken for range_max where a log does not give it
@@ -114,7 +115,9 @@ def on_a_clock_that_goes_on(scans: list[Scan], streams: list[Array], tally: Read
 
     All streams count by one clock. What begins again is not changed.
     """
-    steps = [np.flatnonzero((np.diff(times) < -MIN_BACK_S) | (np.diff(times) > MAX_PAUSE_S)) + 1 for times in streams]
+    steps = [
+        np.flatnonzero((np.diff(times) < -MIN_SET_BACK_S) | (np.diff(times) > MAX_PAUSE_S)) + 1 for times in streams
+    ]
     if not 1 <= len(steps[0]) <= MAX_PARTS or any(len(rows) != len(steps[0]) for rows in steps):
         return streams
     edges = itertools.pairwise([0, *steps[0].tolist()])

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from core.errors import BadInput
-from core.geometry import wrap
+from core.geometry import Pose, wrap
 from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
 from core.recording.read_report import ReadReport
@@ -24,8 +24,13 @@ MAX_MOVE_M, MAX_SIGHTING_M = 20.0, 100.0  # between two steps, and of what is si
 MAX_BEARING_RAD, MAX_STEER_RAD, MAX_TURN_RATE_RAD_S, MAX_CURVATURE_RAD_M = 7.0, 1.6, 4.0, 2.0  # of bearings, wheels
 # that steer, robots and cars: one in ten of a log lies below, or they are degrees
 MIN_ANGLES = 10
-MIN_TURN_RAD, MAX_TURN_RAD, MIN_TURNS, MAX_PAIRS = 0.02, 1.0, 20, 2000  # of turns that sightings are compared over
-MAX_TURN_RATIO, MAX_RATIO_SPREAD = 2.5, 0.6  # by sightings over what was logged; of half of the turns, by their size
+MIN_TURN_RAD, MAX_TURN_RAD, MIN_WAY_M = 0.02, 1.0, 0.5  # of turns and ways that sightings are compared over …
+MIN_MOVES, MAX_PAIRS = 20, 2000  # … and how many of them
+MAX_WAY_RATIO, MAX_TURN_RATIO, MAX_RATIO_SPREAD = (
+    1.7,
+    2.5,
+    0.6,
+)  # by sightings over what was logged; of half of the turns, by their size
 
 
 class SightingSteps:
@@ -72,7 +77,7 @@ class SightingSteps:
         if not any(step.sightings for step in self._steps):
             raise BadInput(f"{path.name} holds no sighting that can be used. {self._tally.reasons()}".strip())
         self._check_units()
-        self._check_turns()
+        self._check_moves()
         return SightingRecording(path=path, steps=tuple(self._steps), report=self._tally.report(form))
 
     def _check_units(self) -> None:
@@ -83,16 +88,20 @@ class SightingSteps:
         if move > MAX_MOVE_M or distance > MAX_SIGHTING_M:
             self._tally.fault("sighting.units", used=True, move=f"{move:.4g}", range=f"{distance:.4g}")
 
-    def _check_turns(self) -> None:
-        """Say it where what is sighted again and again does not turn as the robot does."""
-        turns = np.array([row for row in self._turns() if MIN_TURN_RAD < abs(row[0]) < MAX_TURN_RAD]).reshape(-1, 2)
-        if len(turns) < MIN_TURNS:
-            return
-        logged, sighted = turns[:MAX_PAIRS].T
-        ratio = float(np.median(sighted / logged))
-        spread = float(np.median(np.abs(sighted - ratio * logged)) / np.median(np.abs(logged)))
-        if spread < MAX_RATIO_SPREAD and not 1 / MAX_TURN_RATIO < ratio < MAX_TURN_RATIO:
-            self._tally.fault("sighting.turns", used=True, times=f"{ratio:.2g}")
+    def _check_moves(self) -> None:
+        """Say it where what is sighted again and again moves otherwise than the robot does."""
+        turns = (row for row in self._turns() if MIN_TURN_RAD < abs(row[0]) < MAX_TURN_RAD)
+        checks = ("sighting.ways", self._ways(), MAX_WAY_RATIO), ("sighting.turns", turns, MAX_TURN_RATIO)
+        for code, moves, most in checks:
+            rows = np.array(list(itertools.islice(moves, MAX_PAIRS))).reshape(-1, 2)
+            if len(rows) < MIN_MOVES:
+                continue
+            logged, sighted = rows.T
+            ratio = float(np.median(sighted / logged))
+            spread = float(np.median(np.abs(sighted - ratio * logged)) / np.median(np.abs(logged)))
+            if spread < MAX_RATIO_SPREAD * max(1.0, abs(ratio)) and not 1 / most < ratio < most:
+                self._tally.fault(code, used=True, times=f"{ratio:.2g}")
+                return
 
     def _turns(self) -> Iterator[tuple[float, float]]:
         """The turn of each step [rad] as it was logged, and by each landmark that is sighted before and after it."""
@@ -102,6 +111,21 @@ class SightingSteps:
                 (distance, bearing), (_, now) = before[number], after[number]
                 x, y = distance * math.cos(bearing) - move.x, distance * math.sin(bearing) - move.y
                 yield move.heading, wrap(math.atan2(y, x) - now)
+
+    def _ways(self) -> Iterator[tuple[float, float]]:
+        """Ways [m] of MIN_WAY_M or more as they were logged, and by each landmark that is sighted at both ends."""
+        moved, before = Pose(), dict[int, tuple[float, float]]()
+        for step, after in zip(self._steps, self._seen, strict=True):
+            moved = moved @ step.increment.pose
+            way = math.hypot(moved.x, moved.y)
+            if before and way < MIN_WAY_M:
+                continue
+            for number in before.keys() & after.keys():
+                (distance, bearing), (far, now) = before[number], after[number]
+                x = distance * math.cos(bearing) - far * math.cos(moved.heading + now)
+                y = distance * math.sin(bearing) - far * math.sin(moved.heading + now)
+                yield way, (x * moved.x + y * moved.y) / way
+            moved, before = Pose(), after
 
 
 def in_radians(angles: Array, limit: float, what: str, tally: ReadReport) -> Array:

@@ -272,8 +272,9 @@ def test_the_tables_of_a_folder_may_have_any_sign_between_their_numbers(tmp_path
     assert len(open_log(f"{tmp_path}#1").steps) == 8
 
 
-def park_lines(turn_unit: float = 1.0, left: float = 1.0) -> str:
-    """A car on a circle among trees; `turn_unit` per radian, `left`: -1 where sightings count clockwise."""
+def park_lines(turn_unit: float = 1.0, left: float = 1.0, far: float = 1.0) -> str:
+    """A car on a circle among trees; `turn_unit` per radian, `left`: -1 where sightings count clockwise, `far`: unit
+    of the sightings per metre."""
     pose, lines = Pose(), list[str]()
     for step in range(60):
         turn = 0.08 if step % 20 < 15 else 0.0
@@ -283,7 +284,7 @@ def park_lines(turn_unit: float = 1.0, left: float = 1.0) -> str:
         )
         for tree, place in enumerate(((5, 9), (-4, 6), (3, -6), (9, 1))):
             x, y = (pose.inverse() @ Pose(*place)).vector[:2]
-            lines.append(f"LANDMARK {step + 1} {1000 + tree} {x} {left * y}")
+            lines.append(f"LANDMARK {step + 1} {1000 + tree} {far * x} {far * left * y}")
     return "\n".join(lines)
 
 
@@ -299,6 +300,26 @@ def test_turns_in_degrees_are_converted(tmp_path):
 def test_turns_that_the_sightings_contradict_are_said(tmp_path, park):
     (tmp_path / "park.txt").write_text(park_lines(**park))
     assert [one.code for one in open_log(tmp_path / "park.txt").report.faults] == ["sighting.turns"]
+
+
+@pytest.mark.parametrize("far", [0.3048, 3.28])
+def test_ways_that_the_sightings_contradict_are_said(tmp_path, far):
+    (tmp_path / "park.txt").write_text(park_lines(far=far))
+    (found,) = open_log(tmp_path / "park.txt").report.faults
+    assert found.code == "sighting.ways" and float(found.values["times"]) == pytest.approx(far, rel=0.1)
+
+
+@pytest.mark.parametrize("unit", [1e3, 1e9])
+def test_times_of_mrclam_in_parts_of_a_second_are_brought_to_seconds(folder, unit):
+    begun = 1_248_272_272.0
+    rows = [(begun + 0.02 * n, 0.1, 0.1) for n in range(100)]
+    seen = [(begun + 0.03 + 0.1 * n, 70, 3.0, 0.1) for n in range(18)]
+    for name, lines in (("Odometry", rows), ("Measurement", seen)):
+        text = "".join(f"{t * unit:.0f} {' '.join(map(str, more))}\n" for t, *more in lines)
+        (folder / f"Robot2_{name}.dat").write_text(text)
+    found = open_log(f"{folder}#2")
+    assert np.diff([step.stamp for step in found]) == pytest.approx(0.1, abs=1e-3)
+    assert {one.code for one in found.report.faults} == {"clock.unit"}
 
 
 def test_steering_in_degrees_is_converted(runs, tmp_path):
