@@ -67,8 +67,8 @@ def shot(page: Page) -> Array:
 
 
 def keep(page: Page, path: Path) -> None:
-    """Write what is seen, where it can be while the camera's picture is new and the robot's clock not slow."""
-    old = page.locator("camera-view.is-old, robot-badge [data-tone]:visible")
+    """Write what is seen, where it can be while the camera's picture is new."""
+    old = page.locator("camera-view.is-old:visible")
     until(page, lambda: old.count() == 0, FRESH_S)
     cv2.imwrite(str(path), shot(page), [cv2.IMWRITE_WEBP_QUALITY, STILL_QUALITY])
 
