@@ -21,7 +21,8 @@ MAX_CARRIED_S = 2.0  # over which speeds are carried on, and a jump is judged by
 MIN_WAY_M = 0.5  # by the speeds, over which the place must have moved
 MIN_HEADED_WAY_M = 2.0  # over which the direction of the way is compared with the heading
 MIN_CHORDS, CHORD_M, MAX_CHORDS = 15, 0.1, 2000  # pieces of the way, and the length of each
-MIRRORED_LENGTH, ACROSS_LENGTH = 0.85, 0.6  # of the mean direction of the way: mirrored, and else along the heading
+MIRRORED_LENGTH, ACROSS_LENGTH = 0.8, 0.6  # of the mean direction of the way: mirrored, and else along the heading
+MAX_STRAIGHT_LENGTH = 0.7  # of the mean direction of a way in which no heading is the same all the time
 AXIS_OFF_RAD = 0.2  # of the axis of a mirror from one of the frame's own
 MIN_HELD_SPAN_RAD, HELD_MARGIN_RAD = 2.2, 0.03  # of headings that are kept within half a turn
 HALF_TURN_OFF_RAD = 0.35  # of a jump of such a heading from a half turn
@@ -51,7 +52,7 @@ def believable_track(
     times, poses = times[order], poses[order]
     twists = None if twists is None else twists[order]
     driven: Array | None = poses
-    if len(times) and np.mean(np.isnan(poses[:, 2])) > 0.5:
+    if len(times) and (np.mean(np.isnan(poses[:, 2])) > 0.5 or _never_turns(poses, twists)):
         instead = "it is not used" if twists is None else "its speeds are used"
         report.fault("odometry.no_heading", name, used=twists is not None, instead=instead)
         driven = _integrated(times, twists)
@@ -126,8 +127,9 @@ def _of_one_sense(name: str, poses: Array, report: ReadReport) -> Array | None:
     steps, headings = np.diff(rows[at, :2], axis=0), rows[(at[:-1] + at[1:]) // 2, 2]
     directions = np.arctan2(steps[:, 1], steps[:, 0])
     aside, mirrored = directions - headings, directions + headings
-    along, against = abs(np.exp(2j * aside).mean()), abs(np.exp(2j * mirrored).mean())
-    if against > MIRRORED_LENGTH and along < ACROSS_LENGTH:
+    # twice the angle for a base that backs as well; once for corridors at right angles, in which twice shows nothing
+    found = [(abs(np.exp(1j * k * aside).mean()), abs(np.exp(1j * k * mirrored).mean())) for k in (1, 2)]
+    if any(against > MIRRORED_LENGTH and along < ACROSS_LENGTH for along, against in found):
         axis = float(np.angle(np.exp(1j * mirrored).mean()))
         square = round(axis / (math.pi / 2)) * math.pi / 2
         axis = square if abs(axis - square) < AXIS_OFF_RAD else axis
@@ -141,6 +143,17 @@ def _of_one_sense(name: str, poses: Array, report: ReadReport) -> Array | None:
         report.fault("odometry.half_turn", name)
         return None
     return poses
+
+
+def _never_turns(poses: Array, twists: Array | None) -> bool:
+    """Return whether the heading is the same all along a way that leads round corners, and no speed says so, too."""
+    rows = poses[np.isfinite(poses).all(axis=1)]
+    if len(rows) < MIN_CHORDS or np.ptp(rows[:, 2]) > SAME_VALUE or (twists is not None and not np.any(twists[:, 1])):
+        return False
+    steps = np.diff(rows[:, :2], axis=0)
+    lengths, directions = np.hypot(*steps.T), np.arctan2(*steps.T[::-1])
+    mean = abs((lengths * np.exp(2j * directions)).sum()) / max(float(lengths.sum()), 1e-9)
+    return bool(lengths.sum() > MIN_HEADED_WAY_M and mean < MAX_STRAIGHT_LENGTH)
 
 
 def _counts_degrees(times: Array, headings: Array) -> bool:

@@ -406,6 +406,36 @@ def test_places_mirrored_against_their_headings_are_mirrored_back(change, found)
         assert np.abs(track.speeds - 0.3).max() < 0.01
 
 
+def right_angles() -> np.ndarray:
+    """Poses (200, 3) round a rectangle of corridors, each the same way twice."""
+    ends = np.array([[0, 0], [6, 0], [6, 4], [0, 4], [0, 0], [6, 0], [6, 4], [0, 4], [0, 0]], float)
+    way, along = np.append(0, np.cumsum(np.hypot(*np.diff(ends, axis=0).T))), np.linspace(0, 39.9, 200)
+    heading = (math.pi / 2) * (np.searchsorted(way, along, side="right") - 1)
+    return np.column_stack([np.interp(along, way, ends[:, 0]), np.interp(along, way, ends[:, 1]), heading])
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        (lambda p: p, []),
+        (lambda p: p * [-1, 1, 1], ["odometry.mirrored"]),
+        (lambda p: p[:, [1, 0, 2]], ["odometry.mirrored"]),
+        (lambda p: p * [1, 1, -1], ["odometry.mirrored"]),
+        (lambda p: p * [1, 1, 0], ["odometry.no_heading"]),
+    ],
+)
+def test_corridors_at_right_angles_tell_as_much_of_headings(change, found):
+    report = ReadReport(Path("x"))
+    track = believable_track("odo", 7 * TIMES, change(right_angles()), None, report)
+    assert codes(report) == found and (track is None) == (found == ["odometry.no_heading"])
+
+
+def test_a_base_that_drives_round_corners_without_a_turn_is_one_that_goes_sideways():
+    report, speeds = ReadReport(Path("x")), np.tile([0.286, 0.0], (200, 1))
+    assert believable_track("odo", 7 * TIMES, right_angles() * [1, 1, 0], speeds, report) is not None
+    assert codes(report) == []
+
+
 @pytest.mark.parametrize(
     "kept",
     [
