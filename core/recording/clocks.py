@@ -232,7 +232,7 @@ def evenly_spread(stamps: Array, report: ReadReport, sensor: str, places: Array 
 
 def _driven_period(places: Array | None) -> float:
     """The time [s] between scans without times, by which their odometry drives from place to place (N, 2) [m]."""
-    if places is None or len(places) < 2:
+    if places is None or np.isfinite(places).all(axis=1).sum() < 2:
         return DEFAULT_PERIOD_S
     way = float(np.nanquantile(np.hypot(*np.diff(places, axis=0).T), 0.9))
     return max(DEFAULT_PERIOD_S, way / DEFAULT_SPEED_M_S) if way < MAX_WAY_M else DEFAULT_PERIOD_S

@@ -35,6 +35,7 @@ BESIDE_SHARE = 0.5  # of these steps, beside equal readings: what is driven even
 MAX_STEP_RAD = math.radians(40)  # from which it is a turn
 JUMP_M, JUMP_RAD = 0.3, 0.6  # beyond what the speeds allow: the base was restarted
 JUMP_SPEEDS = 3.0  # times its usual speed that a base may have between two readings
+MAX_GAP_S = 60.0  # between two readings over which a speed is judged: a wrong stamp may lie years away
 LATE_SHARE = 0.8  # of the usual time between two readings: those that are nearer, one of them was stamped late
 
 
@@ -88,15 +89,15 @@ def _true_speeds(
     name: str, times: Array, poses: Array | None, twists: Array | None, report: ReadReport
 ) -> Array | None:
     """Twists (N, 2) → the same, or None where they do not fit the changes of the poses (N, 3) at times (N,) [s]."""
-    if twists is None or poses is None:
-        return twists
+    if twists is None or poses is None or report.has_fault("clock.none"):
+        return twists  # a pace that was made up says nothing of speeds
     good = np.isfinite(times) & np.isfinite(poses).all(axis=1)
     if not good.any():
         return twists
     times, poses, speeds = times[good], poses[good], np.nan_to_num(twists[good], posinf=0.0, neginf=0.0)
     lasted = np.diff(times, prepend=times[:1])
     way = np.cumsum(np.where(lasted < FIT_WINDOW_S, lasted, 0.0)[:, None] * np.clip(speeds, -1e6, 1e6), axis=0)
-    at = np.unique(np.searchsorted(times, np.arange(times[0], times[-1], FIT_WINDOW_S)))
+    at = np.unique(np.floor((times - times[0]) / FIT_WINDOW_S), return_index=True)[1]
     near = np.diff(times[at]) < 2 * FIT_WINDOW_S
     steps, headings = np.diff(poses[at], axis=0), poses[at[:-1], 2]
     ahead = steps[:, 0] * np.cos(headings) + steps[:, 1] * np.sin(headings)
@@ -222,9 +223,9 @@ def _usual_speed(track: OdometryTrack) -> float:
     Over pieces of `MAX_CARRIED_S`: the stamps of single readings may be as late as the computer was busy.
     """
     way = np.append(0.0, np.cumsum(np.hypot(*np.diff(track.poses[:, :2], axis=0).T)))
-    lasted = float(track.times[-1] - track.times[0])
-    ends = np.linspace(track.times[0], track.times[-1], 1 + max(1, int(lasted / MAX_CARRIED_S)))
-    speeds = np.diff(np.interp(ends, track.times, way)) / np.diff(ends)
+    times = np.append(0.0, np.cumsum(np.minimum(np.diff(track.times), MAX_GAP_S)))
+    ends = np.linspace(0.0, times[-1], 1 + max(1, int(times[-1] / MAX_CARRIED_S)))
+    speeds = np.diff(np.interp(ends, times, way)) / np.diff(ends)
     moved = speeds > 0
     return float(np.quantile(speeds[moved], 0.9)) if moved.any() else 0.0
 

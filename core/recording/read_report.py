@@ -64,6 +64,10 @@ class ReadReport:
         self._faults.append(fault(code, sensor, used=used, **values))
         self.warn(self._faults[-1].sentence)
 
+    def has_fault(self, code: str) -> bool:
+        """Return whether a check has found this."""
+        return any(one.code == code for one in self._faults)
+
     def report(self, form: str) -> RecordingReport:
         """Everything counted, as sentences."""
         warnings = list(self._warnings)

@@ -6,6 +6,7 @@ import io
 import lzma
 import math
 import tarfile
+import tracemalloc
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -626,3 +627,25 @@ def test_readings_that_are_stamped_late_are_no_jumps(period):
     assert codes(report) == [] and track is not None and track.poses == pytest.approx(poses)
     poses[200:, 0] += 2.5
     assert believable_track("odo", times, poses, None, report) is not None and codes(report) == ["odometry.restarted"]
+
+
+def test_a_stamp_years_away_takes_no_memory() -> None:
+    times, poses = 0.1 * np.arange(200), np.zeros((200, 3))
+    poses[:, 0], times[-1] = 0.02 * np.arange(200), 1.7e9
+    report = ReadReport(Path("x"))
+    tracemalloc.start()
+    track = believable_track("the wheels", times, poses, np.tile([0.2, 0.0], (200, 1)), report)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert track is not None and report.report("x").faults == () and peak < 1e7
+
+
+@pytest.mark.parametrize("made_up", [False, True])
+def test_a_pace_that_was_made_up_says_nothing_of_speeds(made_up: bool) -> None:
+    times, poses = 0.1 * np.arange(200), np.zeros((200, 3))
+    poses[:, 0] = 0.2 * np.arange(200)
+    report = ReadReport(Path("x"))
+    if made_up:
+        report.fault("clock.none", "the laser", used=True, rate="10")
+    believable_track("the wheels", times, poses, np.tile([0.2, 0.0], (200, 1)), report)
+    assert report.has_fault("odometry.speeds") is not made_up
