@@ -140,8 +140,9 @@ def gallery(browser: Browser, console: Running, folder: Path) -> None:
 def portrait(browser: Browser, console: Running, folder: Path) -> None:
     """console.webp: under way on the 3-D map."""
     page = page_of(browser, console, DESK, "dark", "3-D")
+    page.evaluate("document.querySelector('#scene').src += '&fixedDpr=0.5'")  # or its lines lag behind the robot
     expect(page.frame_locator("#scene").locator("canvas").first).to_be_visible(timeout=LONG)
-    page.wait_for_timeout(8000)
+    page.wait_for_timeout(12000)
     say(page, "stop at 1.4 and 0.9")
     until(page, lambda: console.truth()[0] > 0.7, 60)
     keep(page, folder / "console.webp")
