@@ -86,9 +86,9 @@ class SubscriptionMessage(InboundMessage, tag="want"):
 
 
 class EchoMessage(InboundMessage, tag="echo"):
-    """Comes back as it is."""
+    """Comes back as it is: the page measures how long that takes."""
 
-    t: float
+    t: float  # [ms] of the page's clock
 
 
 Up = (

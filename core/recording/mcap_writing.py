@@ -11,7 +11,8 @@ import os
 import struct
 import time
 from collections import Counter
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import IO
 
@@ -20,7 +21,7 @@ from mcap.exceptions import McapError
 from mcap.writer import CompressionType, Writer
 
 from core.errors import Unwritable
-from core.files import reason
+from core.files import reason, saving
 from core.message import message
 from core.recording.ros_writing import LATCHED_QOS, LATCHED_TOPICS, RosMessage, definition, type_hash
 
@@ -154,12 +155,8 @@ class McapRecording:
             self._channels[topic] = self._writer.register_channel(topic, "cdr", self._schemas[kind], more)
         return self._channels[topic]
 
-    @contextlib.contextmanager
-    def _writing(self) -> Generator[None]:
-        try:
-            yield
-        except OSError as trouble:
-            raise Unwritable(f"The recording {self.path.name} ends here: {reason(trouble)}") from None
+    def _writing(self) -> AbstractContextManager[None]:
+        return saving(f"The recording {self.path.name} ends here")
 
     def _size(self, path: Path) -> int:
         try:

@@ -19,14 +19,19 @@ from core.calibration.reports import target
 from core.errors import BadInput, Refused
 from core.message import Array
 
-# Coverage of the picture by the views: cells, and the four measures operators know from ROS's calibrator.
-
-GRID_CELLS = (8, 6)  # across, down
+GRID_CELLS = (8, 6)  # across, down: the picture's cells in which corners are counted
 WANTED_RANGES = (0.7, 0.7, 0.4, 0.5)  # that each measure should span
+STILL_MOTION_PX = 0.5  # mean motion of the corners between live pictures, per 640 pixels of width
+STILL_TIME_S = 0.25  # before a live picture is taken by itself
+NEW_VIEW_SHARE = 0.05  # of the width, by which the corners have moved, on average, from every view taken
+NEW_FILE_SHARE = 0.001  # the same for a picture from a file, which cannot be shown again
+MIN_VIEW_COUNT = 6  # before the camera can count as calibrated
+MIN_SOLVED_VIEWS = 4  # before a solution is tried
+MAX_VIEW_COUNT = 400
 
 
 class Measures(NamedTuple):
-    """Position, size and skew of a board in the picture, each 0..1."""
+    """Position, size and skew of a board in the picture, each 0..1, as operators know them from ROS's calibrator."""
 
     x: float  # place across the picture
     y: float  # place down the picture
@@ -63,16 +68,6 @@ def cells(corners: list[Array], size: tuple[int, int]) -> Array:
     pixels = np.concatenate(corners) if corners else np.empty((0, 2))
     edges = (np.linspace(0, size[1], GRID_CELLS[1] + 1), np.linspace(0, size[0], GRID_CELLS[0] + 1))
     return np.histogram2d(pixels[:, 1], pixels[:, 0], bins=edges)[0].astype(int)
-
-
-# Conditions under which a live picture is taken by itself.
-STILL_MOTION_PX = 0.5  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
-STILL_TIME_S = 0.25  # [s]
-NEW_VIEW_SHARE = 0.05  # share of the width that the corners have moved, on average, from every view taken
-NEW_FILE_SHARE = 0.001  # the same for a picture from a file, which cannot be shown again
-MIN_VIEW_COUNT = 6  # before the camera can count as calibrated
-MIN_SOLVED_VIEWS = 4  # before a solution is tried
-MAX_VIEW_COUNT = 400
 
 
 class SessionProgress(NamedTuple):
@@ -263,11 +258,11 @@ class CameraSession(BoardSession[AcceptedView, Calibration]):
             return BoardVerdict(kind="same", words=f"Same as {same}; {words}.", corners=view.corners)
         return None
 
-    def _same(self, corners: Array, new: float) -> str:
-        """The name of a view from which the corners have moved by less than the share `new` of the width, or ''."""
+    def _same(self, corners: Array, min_share: float) -> str:
+        """The name of a view from which the corners moved by less than this share of the picture's width, or ''."""
         width = self.size[0] if self.size else 1
         for each in self.taken:
-            if not each.dropped and np.linalg.norm(each.corners - corners, axis=1).mean() < new * width:
+            if not each.dropped and np.linalg.norm(each.corners - corners, axis=1).mean() < min_share * width:
                 return each.name
         return ""
 

@@ -43,7 +43,7 @@ MIN_SUSPECTED_POSES = 6  # poses that are enough to suspect the scans themselves
 MAX_LANDING_PX = 3.0  # [pixel] within which a laser point at 1 m has to land (95 %)
 CANDIDATE_POSES = 150
 FIRST_SEED = 5
-LEAST_BEAMS = 15  # that have to meet the panel
+MIN_BEAMS = 15  # that have to meet the panel
 CORNER_SD_PX = 0.2  # of a corner
 HOLDING = BoardPlacement(nearest=0.35, farthest=1.2, least_tilt=0.0, most_tilt=np.deg2rad(55))
 
@@ -137,7 +137,7 @@ def _information_of_each(
         laser_from_board = mount @ Transform(rotation=pose.rotations[0], translation=pose.translations[0])
         beams, ranges = beams_on_panel(rays, laser_from_board, board)
         plane = plane_of(pose, covariance)
-        if len(beams) < LEAST_BEAMS or not fresh(plane):
+        if len(beams) < MIN_BEAMS or not fresh(plane):
             yield None
             continue
         seen = stack([PlanePair(plane=plane, ranges=fit_ranges(rays[beams], ranges, range_sd))])
@@ -315,13 +315,13 @@ class LaserSession(BoardSession[TakenPose, LaserCalibration]):
         words = f"Counted as {name}: {len(lines[0])} beams on the board."
         return BoardVerdict(kind="counted", words=words, name=name, corners=corners, beams=lines[0])
 
-    def _same(self, plane: Plane, times: float = 1.0) -> str:
-        """The name of the pose that this plane repeats, being less than `times` as new as it has to be, or ''."""
+    def _same(self, plane: Plane, newness: float = 1.0) -> str:
+        """The name of the pose that this plane repeats, less than `newness` times as new as it has to be, or ''."""
         for each in self.taken:
             known = each.pose.board.plane
             angle = float(np.arccos(np.clip(known.normal @ plane.normal, -1, 1)))
             nearer = abs(known.distance - plane.distance) / known.distance
-            if not each.dropped and angle < times * NEW_POSE_TURN_RAD and nearer < times * NEW_POSE_SHARE:
+            if not each.dropped and angle < newness * NEW_POSE_TURN_RAD and nearer < newness * NEW_POSE_SHARE:
                 return each.pose.name
         return ""
 

@@ -1,6 +1,6 @@
 // Written by `python -m tests.reference`; a test keeps it equal to the code. Do not edit.
 
-/** Comes back as it is. */
+/** Comes back as it is: the page measures how long that takes. */
 export interface EchoMessage {
   kind: "echo";
   t: number;
