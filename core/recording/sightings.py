@@ -26,11 +26,8 @@ MAX_BEARING_RAD, MAX_STEER_RAD, MAX_TURN_RATE_RAD_S, MAX_CURVATURE_RAD_M = 7.0, 
 MIN_ANGLES = 10
 MIN_TURN_RAD, MAX_TURN_RAD, MIN_WAY_M = 0.02, 1.0, 0.5  # of turns and ways that sightings are compared over …
 MIN_MOVES, MAX_PAIRS = 20, 2000  # … and how many of them
-MAX_WAY_RATIO, MAX_TURN_RATIO, MAX_RATIO_SPREAD = (
-    1.7,
-    2.5,
-    0.6,
-)  # by sightings over what was logged; of half of the turns, by their size
+MAX_WAY_RATIO, MAX_TURN_RATIO = 1.7, 2.5  # by sightings over what was logged
+MAX_RATIO_SPREAD = 0.6  # of half of the turns, by their size
 
 
 class SightingSteps:
