@@ -8,7 +8,6 @@ from core.geometry import wrap
 from core.recording.recording import ScanRecording
 from core.recording.scans import turned_over
 from core.sensors.checks import Fault, fault
-from core.slam.scan_matching.agreement import SenseAgreement
 
 MIRRORED, ASIDE = "agreement.mirrored", "agreement.mount"
 MAX_JUDGED_SCANS = 1500  # from the beginning of a log
@@ -42,6 +41,8 @@ def with_laser_as_driven(recording: ScanRecording, *, sense: bool = True, headin
 
 def _disagreement(recording: ScanRecording) -> dict[str, Fault]:
     """Find what is wrong with sense and heading of the laser, by the beginning of a recording; empty: nothing."""
+    from core.slam.scan_matching.agreement import SenseAgreement  # late: drivers do without scipy
+
     agreement = SenseAgreement(recording.laser)
     for frame in itertools.islice(recording, MAX_JUDGED_SCANS):
         if frame.wheels is not None:

@@ -26,7 +26,7 @@ def test_a_wrong_recording_is_never_wrong_without_a_word(
 ) -> None:
     row = rows[variant]
     codes = row.get("codes", [])
-    assert row["verdict"] == end or codes == [end]
+    assert row["verdict"] == end or codes[:1] == [end]  # its speeds, made of the wrong places, may be named after it
 
 
 SILENT = {

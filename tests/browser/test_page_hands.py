@@ -84,6 +84,8 @@ def test_the_speed_of_a_command_stands_beside_that_of_the_hand_and_the_card_does
 
     expect(speed).to_contain_text("Speed 3")
     standing = heights()
+    here.page.set_viewport_size({"width": DESK[0], "height": DESK[1]})
+    here.laid_out()
     here.say("continue 3 meters")
     expect(speed).to_contain_text(re.compile(r"by command 0\.10.m/s"))
     assert heights() == standing
