@@ -141,7 +141,8 @@ class ZoneService(Part):
     def _cap_at(self, snapshot: Snapshot) -> float | None:
         """The cap [m/s] of the gate where the robot is: commands keep to it by themselves, a hand does not."""
         pose = snapshot.estimate.pose if snapshot.floor.lost is None else None
-        return self._slow_zones.cap(pose, snapshot.velocity.v, self._robot.profile.radius)
+        profile = self._robot.profile
+        return self._slow_zones.cap(pose, profile.radius, profile.max_speed)
 
     def _stop_inside(self, *names: str) -> None:
         """A command whose way may lead through a new zone ends: it was planned without it."""

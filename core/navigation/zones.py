@@ -19,6 +19,8 @@ KEPT_OUT_LOG_ODDS = 20.0  # of a cell that is planned around, however free it wa
 FLOOR_LOG_ODDS = -0.3  # up to which a cell is known to be free
 REACTION_S = 0.25  # [s] until a stop reaches the wheels
 BRAKING_M_S2 = 1.0  # [m/s²]
+SLOW_MARGIN_M = 0.2  # before a slow zone, by which the place may be off
+CAP_STEP_M_S = 0.05  # in which the speed falls on the way to one
 MAX_RING_SHARE = 1.01  # of its convex hull, that a ring encloses which goes round once
 
 
@@ -86,14 +88,20 @@ class SlowZones:
 
     zones: tuple[MapZone, ...] = ()
 
-    def cap(self, pose: Pose | None, speed: float, radius: float) -> float | None:
-        """The speed [m/s] that is allowed to a body of `radius` [m] here; the lowest wins. None: any.
+    def cap(self, pose: Pose | None, radius: float, largest: float) -> float | None:
+        """The speed [m/s] that is allowed to a body of `radius` [m] here; the lowest wins. None: any up to `largest`.
 
-        It is reached before the body enters a zone. Without a `pose` the robot may be in any of them.
+        It falls with the way to a zone, whose own is reached `SLOW_MARGIN_M` before the body enters it: by the way
+        alone, for a limit that went with the speed would be lifted once it was kept to. Without a `pose` the
+        robot may be in any zone.
         """
-        reach = radius + stopping_way(speed)
-        near = [zone for zone in self.zones if pose is None or zone.depth(pose.x, pose.y) > -reach]
-        return min((zone.max_speed for zone in near if zone.max_speed is not None), default=None)
+        caps = [
+            zone.max_speed if pose is None else _slowing(-zone.depth(pose.x, pose.y) - radius, zone.max_speed)
+            for zone in self.zones
+            if zone.max_speed is not None
+        ]
+        least = min(caps, default=largest)
+        return least if least < largest else None
 
 
 def roomiest_spot(points: Array, grid: OccupancyGrid) -> tuple[float, float] | None:
@@ -110,6 +118,15 @@ def roomiest_spot(points: Array, grid: OccupancyGrid) -> tuple[float, float] | N
 def stopping_way(speed: float) -> float:
     """How far [m] the robot drives on at `speed` [m/s] until it stands."""
     return abs(speed) * REACTION_S + speed * speed / (2 * BRAKING_M_S2)
+
+
+def _slowing(gap: float, speed: float) -> float:
+    """The speed [m/s], in steps, from which the robot can slow down to `speed` before a zone `gap` [m] away."""
+    way = max(0.0, gap - SLOW_MARGIN_M) + stopping_way(speed)
+    fastest = BRAKING_M_S2 * (
+        math.sqrt(REACTION_S**2 + 2 * way / BRAKING_M_S2) - REACTION_S
+    )  # whose stopping way it is
+    return max(speed, math.floor(fastest / CAP_STEP_M_S) * CAP_STEP_M_S)
 
 
 def enclosed_area(points: Array) -> float:

@@ -383,8 +383,7 @@ class Pilot:
         if zone is not None:
             self._executor.end("failed", Statement("zones.ahead", name=zone.name))
             return ZERO
-        speed = 0.0 if motion.wheels is None else motion.wheels.speed
-        cap = self._slow_zones.cap(pose if lost is None else None, speed, self._body.radius)
+        cap = self._slow_zones.cap(pose if lost is None else None, self._body.radius, self._body.max_speed)
         return twist if cap is None else twist.clamped(cap, self._body.max_turn_rate)
 
     def _forbidden(self, command: Command) -> str:

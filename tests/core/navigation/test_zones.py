@@ -11,7 +11,7 @@ from core.errors import Refused
 from core.gate import Twist
 from core.geometry import Pose
 from core.navigation.planner import PlannerSettings, plan
-from core.navigation.zones import KeepOuts, MapZone, SlowZones, stopping_way
+from core.navigation.zones import SLOW_MARGIN_M, KeepOuts, MapZone, SlowZones, stopping_way
 from core.slam.map.occupancy import OccupancyGrid
 from tests.core.navigation.rooms import NO_SCAN
 
@@ -84,8 +84,18 @@ def test_a_zone_that_is_driven_along_hides_none_ahead() -> None:
 
 def test_the_lowest_slow_zone_caps_before_the_body_is_in_it() -> None:
     slow = SlowZones((box(1.0, 0.0, 3.0, 2.0, 0.1), box(2.0, 0.0, 3.0, 2.0, 0.05)))
-    assert slow.cap(Pose(0.5, 1.0), 0.0, RADIUS) is None
-    assert slow.cap(Pose(1.0 - RADIUS + 0.01, 1.0), 0.0, RADIUS) == 0.1
-    assert slow.cap(Pose(1.0 - RADIUS - stopping_way(0.3) + 0.01, 1.0), 0.3, RADIUS) == 0.1
-    assert slow.cap(Pose(2.5, 1.0), 0.1, RADIUS) == slow.cap(None, 0.1, RADIUS) == 0.05
-    assert SlowZones().cap(None, 0.1, RADIUS) is None
+    assert slow.cap(Pose(0.0, 1.0), RADIUS, 0.5) is None
+    assert slow.cap(Pose(1.0 - RADIUS - SLOW_MARGIN_M, 1.0), RADIUS, 0.5) == 0.1
+    assert slow.cap(Pose(2.5, 1.0), RADIUS, 0.5) == slow.cap(None, RADIUS, 0.5) == 0.05
+    assert slow.cap(Pose(2.5, 1.0), RADIUS, 0.04) is None and SlowZones().cap(None, RADIUS, 0.5) is None
+
+
+@given(st.floats(0.02, 1.0), st.floats(0.0, 1.5))
+def test_the_speed_on_the_way_to_a_slow_zone_can_be_lost_before_it(speed: float, gap: float) -> None:
+    zone = SlowZones((box(1.0, 0.0, 3.0, 2.0, speed),))
+    x = 1.0 - RADIUS - gap
+    cap = zone.cap(Pose(x, 1.0), RADIUS, 5.0)
+    assert cap is not None and cap >= speed
+    left = max(0.0, gap - SLOW_MARGIN_M)
+    assert cap == speed or stopping_way(cap) - stopping_way(speed) <= left + 1e-6
+    assert zone.cap(Pose(x - 0.1, 1.0), RADIUS, 5.0) >= cap  # type: ignore[operator]
