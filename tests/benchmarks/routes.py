@@ -326,12 +326,12 @@ def true_map() -> dict[str, bytes]:
 
 
 def stops(chance: np.random.Generator) -> list[tuple[float, float]]:
-    """Random places with room around them, outside of the zone to keep out of."""
+    """Random places with room around them, to walls and to the zone to keep out of."""
     world, found = world_named("floor"), list[tuple[float, float]]()
     while len(found) < PLACES:
         x, y = float(chance.uniform(-2.5, 12.2)), float(chance.uniform(-1.0, EDGE_M))
         apart = all(math.hypot(x - a, y - b) > 1.0 for a, b in found)
-        if apart and world.free(x, y, STOP_ROOM_M) and not within(KEEP_OUT_ZONE_M, x, y):
+        if apart and world.free(x, y, STOP_ROOM_M) and not within(KEEP_OUT_ZONE_M, x, y, STOP_ROOM_M):
             found.append((round(x, 2), round(y, 2)))
     return found
 
