@@ -34,7 +34,7 @@ SVG_TYPE = "image/svg+xml"
 MAX_LISTED = 500  # rows of a table
 DAY = len("2026-11-30")
 MINUS = re.compile(r"(?<!\S)-(?=\d)")  # of a number, as it is typed
-CAMERA = {  # numbers of a camera, as the page names them
+CAMERA_LABELS = {  # numbers of a camera, as the page names them
     "fx": "figures.focal_length_across",
     "fy": "figures.focal_length_down",
     "cx": "figures.centre_across",
@@ -45,7 +45,7 @@ CAMERA = {  # numbers of a camera, as the page names them
     "p2": "figures.tangential",
     "k3": "figures.radial_6th_power",
 }
-MOUNT = {  # … and of a mount: three turns, three shifts
+MOUNT_LABELS = {  # … and of a mount: three turns, three shifts
     "roll": "figures.turned_about_the_line_of_sight",
     "pitch": "figures.looking_up_or_down",
     "yaw": "figures.looking_left_or_right",
@@ -229,16 +229,16 @@ def numbers_of(kind: CalibrationKind, found: Document) -> Iterator[tuple[str, st
     """
     if kind == "camera":
         sds = found.get("sd") or {}
-        for name, key in CAMERA.items():
+        for name, key in CAMERA_LABELS.items():
             if name in found:
                 yield name, key, found[name], sds.get(name), ""
         return
     unknown = found.get("not_known") or ()
-    turns = ("°", list(MOUNT)[:3], found.get("turn_deg"), found.get("sd_rotation_deg"))
-    shifts = (" m", list(MOUNT)[3:], found.get("translation_m"), found.get("sd_translation_m"))
+    turns = ("°", list(MOUNT_LABELS)[:3], found.get("turn_deg"), found.get("sd_rotation_deg"))
+    shifts = (" m", list(MOUNT_LABELS)[3:], found.get("translation_m"), found.get("sd_translation_m"))
     for unit, names, values, sds in (turns, shifts):
         for name, value, sd in zip(names, values or (), sds or (None, None, None), strict=True):
-            yield name, MOUNT[name], None if name in unknown else value, sd, unit
+            yield name, MOUNT_LABELS[name], None if name in unknown else value, sd, unit
 
 
 def with_deviation(value: float | None, sd: float | None, unit: str) -> tuple[str, str]:

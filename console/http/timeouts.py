@@ -25,7 +25,7 @@ REST_TIME_S = 2.0  # to finish sending a body that was answered already
 PARTING_S = 1.0  # for the last bytes of a socket that is over
 SHORT_BODY_BYTES = 65536  # of a body that is read to its end though it was answered already
 MOST_PINGS = 20  # a second on one socket; browsers send none, programs one in some seconds
-PLAIN_PIECE_BYTES = 4096  # of a body parsed at once: what follows it in the same blow may be costly
+PLAIN_PIECE_BYTES = 4096  # of a body parsed at once: what follows it in the same piece may be costly
 MAX_UNSENT_BYTES = 65536  # that may wait in the kernel for one viewer: beyond, newer pictures replace older ones
 
 
