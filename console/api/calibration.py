@@ -10,9 +10,12 @@ from pydantic import Field
 from console.access.roles import PICTURE, needs
 from console.api import CalibrationSessions, HistoryInUse, Operator, RequestBody, Who, router
 from console.api.typed_route import JsonAnswer, sends
-from console.calibration import jobs
+from console.calibration.answers import SessionAnswer
+from console.calibration.camera_worker import CameraWorker
+from console.calibration.laser_worker import LaserWorker
 from console.calibration.service import CalibrationService, SessionList, listed
 from console.calibration.session import PICTURE_BUDGET_S, CalibrationSession
+from console.calibration.session_worker import SessionWorker
 from console.http.problems import Problem
 from console.messages.calibration import (
     CalibrationBoard,
@@ -143,7 +146,8 @@ async def picture(
     if live == "1":
         if len(content) > MAX_FRAME_BYTES:
             raise Problem(413, f"A webcam's picture may have {MAX_FRAME_BYTES} bytes; send it smaller.")
-        await session.act(jobs.LookAtWebcam(content, stamp_s), budget=PICTURE_BUDGET_S, stamp=stamp_s)
+        job = CameraWorker.look_at_webcam(content, stamp_s)
+        await session.act(job, budget=PICTURE_BUDGET_S, stamp=stamp_s, original=content)
     else:
         marked = corners or []
         await take(session, content, plain(name), list(zip(marked[::2], marked[1::2], strict=True)))
@@ -153,7 +157,7 @@ async def picture(
 async def take(session: CalibrationSession, content: bytes, name: str, corners: list[tuple[float, float]]) -> None:
     """Raises BadInput with the fault of the picture, which the session shows as well."""
     try:
-        await session.act(jobs.TakeUpload(content, name, corners), budget=PICTURE_BUDGET_S)
+        await session.act(CameraWorker.take_upload(content, name, corners), budget=PICTURE_BUDGET_S, original=content)
     except BeckonError as wrong:
         session.trouble(f"{name}: {wrong}", "refused")
         raise
@@ -173,21 +177,21 @@ async def capture(id: Id, calibration_service: CalibrationSessions) -> Response:
 @needs("operator")
 async def drop(id: Id, name: Name, calibration_service: CalibrationSessions) -> CalibrationSessionState:
     """Leave a view out; the rest is solved again."""
-    return await acted(calibration_service, id, jobs.DropView(name))
+    return await acted(calibration_service, id, SessionWorker.drop(name))
 
 
 @calibration.post("/calibration/sessions/{id}/views/{name}/restore")
 @needs("operator")
 async def restore(id: Id, name: Name, calibration_service: CalibrationSessions) -> CalibrationSessionState:
     """Take a view back in."""
-    return await acted(calibration_service, id, jobs.RestoreView(name))
+    return await acted(calibration_service, id, SessionWorker.restore(name))
 
 
 @calibration.post("/calibration/sessions/{id}/skip")
 @needs("operator")
 async def skip(id: Id, calibration_service: CalibrationSessions) -> CalibrationSessionState:
     """Another suggestion, for one who cannot reach the present one."""
-    return await acted(calibration_service, id, jobs.SkipAdvice())
+    return await acted(calibration_service, id, SessionWorker.skip())
 
 
 @calibration.post("/calibration/sessions/{id}/background")
@@ -196,7 +200,7 @@ async def background(id: Id, calibration_service: CalibrationSessions) -> Calibr
     """Look at the empty room again."""
     if calibration_service.find(id).card.kind != "laser":
         raise Problem(409, "Only the laser's session looks at the empty room.")
-    return await acted(calibration_service, id, jobs.ForgetRoom())
+    return await acted(calibration_service, id, LaserWorker.forget_room())
 
 
 @calibration.post("/calibration/sessions/{id}/solve", status_code=202)
@@ -220,7 +224,7 @@ async def accept(
     return JsonAnswer(report)
 
 
-async def acted(sessions: CalibrationService, id: str, job: Job[jobs.SessionAnswer]) -> CalibrationSessionState:
+async def acted(sessions: CalibrationService, id: str, job: Job[SessionAnswer]) -> CalibrationSessionState:
     session = sessions.find(id)
     await session.act(job)
     return session.shown

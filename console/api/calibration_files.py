@@ -10,10 +10,11 @@ from console.access.roles import TEXT, needs
 from console.api import CalibrationSessions, HistoryInUse, Operator, RequestBody, RobotInUse, router, sends_file
 from console.api.calibration import CalibrationDocument, Id, Name
 from console.api.typed_route import JsonAnswer, sends
+from console.calibration.answers import Document
 from console.calibration.codec import camera_in
-from console.calibration.jobs import Document, StraightenPicture
 from console.calibration.session import PICTURE_BUDGET_S, CalibrationSession
 from console.calibration.session_store import small_name
+from console.calibration.solver_worker import SolverWorker
 from console.http.downloads import file_named, zip_named
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationKind
@@ -74,7 +75,7 @@ async def view(
         return Response(await read(session, small_name(file)), media_type="image/jpeg")
     camera = straightener(session) if corrected == "1" else None
     async with calibration_service.picture_turns.taken():
-        job = StraightenPicture(await read(session, file), camera)
+        job = SolverWorker.picture(await read(session, file), camera)
         picture = await calibration_service.solver.ask(job, budget=PICTURE_BUDGET_S)
     return Response(picture, media_type="image/jpeg")
 

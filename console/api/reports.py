@@ -15,7 +15,7 @@ from fastapi import Path, Response
 from console.access.roles import needs
 from console.api import CalibrationSessions, HistoryInUse, SavedMaps, Texts, part, router, sends_file
 from console.api.experiments import FIGURES
-from console.calibration.jobs import Document
+from console.calibration.answers import Document
 from console.experiments.runs import ExperimentRun, ExperimentRuns
 from console.http.downloads import file_named
 from console.http.problems import Problem

@@ -20,7 +20,7 @@ from threading import Lock
 import numpy as np
 import scipy
 
-from console.calibration.jobs import Document
+from console.calibration.answers import Document
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationKind
 from core.calibration.files.camera_files import parse_camera, read_json

@@ -6,16 +6,18 @@ import cv2
 import msgspec
 import numpy as np
 
-from console.calibration import jobs
+from console.calibration import answers
 from console.calibration.codec import THUMBNAIL_PX, advised_view, board_of, png, points
 from console.calibration.session_worker import SessionWorker
 from console.messages.calibration import (
     CalibrationBars,
+    CalibrationBoard,
     CalibrationProgress,
     CalibrationUncertainty,
     CalibrationVerdict,
     CalibrationView,
 )
+from console.workers.job import job
 from console.workers.pictures import decode_upload, jpeg
 from core.calibration.board.board import Board
 from core.calibration.board.session import BoardVerdict
@@ -33,61 +35,74 @@ class CameraWorker(SessionWorker[CameraSession]):
         super().__init__(CameraSession(Board(columns=9, rows=6, square=0.03)))
         self._sized: tuple[int, int] | None = None  # of the pictures, as the page knows it
 
-    def open(self, job: jobs.OpenCamera) -> jobs.SessionAnswer:
-        state = msgspec.json.decode(job.state, type=CameraState | None)
-        self._session = CameraSession(board_of(job.board)) if state is None else CameraSession.resumed(state)
-        self._session.board = board_of(job.board)
-        return self.refresh() if job.solved is None else self.adopt(jobs.AdoptSolution(job.solved))
+    @job
+    def open(
+        self, board: CalibrationBoard, state: bytes, solved: answers.SolvedViews | None
+    ) -> answers.SessionAnswer:
+        """Begin a session, or go on where `state` ended."""
+        stored = msgspec.json.decode(state, type=CameraState | None)
+        self._session = CameraSession(board_of(board)) if stored is None else CameraSession.resumed(stored)
+        self._session.board = board_of(board)
+        return self.refresh() if solved is None else self.adopt(solved)
 
-    def look(self, job: jobs.LookAtPicture) -> jobs.SessionAnswer:
-        """Take a live picture of the robot when it is sharp, still and new."""
-        return self._looked(self._session.look(job.grey, job.stamp), job.grey, original=False)
+    @job
+    def look(self, grey: Array, stamp: float) -> answers.SessionAnswer:
+        return self._looked(self._session.look(grey, stamp), grey, original=False)
 
-    def look_at_webcam(self, job: jobs.LookAtWebcam) -> jobs.SessionAnswer:
-        """Take a live picture of the webcam when it is sharp, still and new."""
-        grey, _ = read_grey(job.content)
-        return self._looked(self._session.look(grey, job.stamp), grey, original=True)
+    @job
+    def look_at_webcam(self, content: bytes, stamp: float) -> answers.SessionAnswer:
+        """Take a live picture of the webcam, JPEG or PNG, when it is sharp, still and new; `stamp` [s]."""
+        grey, _ = read_grey(content)
+        return self._looked(self._session.look(grey, stamp), grey, original=True)
 
-    def take_upload(self, job: jobs.TakeUpload) -> jobs.SessionAnswer:
-        """Take an uploaded picture unless it is unfit or known."""
-        grey, remark = read_grey(job.content)
-        verdict = self._session.capture(grey, job.name, np.array(job.corners) if job.corners else None)
+    @job
+    def take_upload(self, content: bytes, name: str, corners: list[tuple[float, float]]) -> answers.SessionAnswer:
+        """Take an uploaded picture, JPEG or PNG, unless it is unfit or known.
+
+        `corners`: u, v [pixel] of the four extreme ones, where a person has marked them.
+        """
+        grey, remark = read_grey(content)
+        verdict = self._session.capture(grey, name, np.array(corners) if corners else None)
         if remark:
             verdict = replace(verdict, words=f"{verdict.words} Note: {remark}.")
         return self._looked(verdict, grey, original=True)
 
-    def take_picture(self, job: jobs.TakePicture) -> jobs.SessionAnswer:
-        """Take the robot's picture unless it is unfit or known."""
+    @job
+    def take_picture(self, grey: Array) -> answers.SessionAnswer:
+        """Take the robot's picture (H, W) uint8 unless it is unfit or known."""
         name = f"view {len(self._session.taken) + 1}"
-        return self._looked(self._session.capture(job.grey, name), job.grey, original=False)
+        return self._looked(self._session.capture(grey, name), grey, original=False)
 
-    def refresh(self, _: jobs.RefreshSession | None = None) -> jobs.SessionAnswer:
-        return jobs.SessionAnswer(size=self._session.size, change=self._change())
+    @job
+    def refresh(self) -> answers.SessionAnswer:
+        return answers.SessionAnswer(size=self._session.size, change=self._change())
 
-    def accept(self, job: jobs.AcceptCamera) -> jobs.AcceptedCamera:
+    @job
+    def accept(self, *, force: bool) -> answers.AcceptedCamera:
+        """The camera as it is stored; `force`: although it is not as exact as it should be. Raises Refused."""
         session, found = self._session, self._session.calibration
-        self.check_acceptable(solved=found is not None, force=job.force)
+        self.check_acceptable(solved=found is not None, force=force)
         assert found is not None
         if found.sds["fx"] > UNKNOWN_SD_SHARE * found.model.fx:
             raise Refused("The focal length is not known from these views; tilt the board by 20 to 50 degrees.")
         report = camera_report(found)
-        return jobs.AcceptedCamera(kept(found.model, board=session.board, camera=report), report)
+        return answers.AcceptedCamera(kept(found.model, board=session.board, camera=report), report)
 
-    def _looked(self, verdict: BoardVerdict, grey: Array, *, original: bool) -> jobs.SessionAnswer:
+    def _looked(self, verdict: BoardVerdict, grey: Array, *, original: bool) -> answers.SessionAnswer:
         """`original`: the console has the picture itself, as it came."""
         size, is_counted = self._session.size, verdict.kind == "counted"
         corners = None if verdict.corners is None else points(verdict.corners)
-        counted: jobs.CountedPicture | None = None
+        counted: answers.CountedPicture | None = None
         if is_counted:
-            counted = jobs.CountedPicture(verdict.name, None if original else png(grey), jpeg(grey, THUMBNAIL_PX))
-        return jobs.SessionAnswer(
+            counted = answers.CountedPicture(verdict.name, None if original else png(grey), jpeg(grey, THUMBNAIL_PX))
+        return answers.SessionAnswer(
             size=size,
             verdict=CalibrationVerdict(verdict.kind, verdict.words, verdict.name, corners=corners),
             counted=counted,
             change=self._change() if is_counted or self._sized != size else None,
         )
 
-    def _change(self) -> jobs.SessionChange:
+    def _change(self) -> answers.SessionChange:
         session = self._session
         self._sized = session.size
         progress, known = session.progress(), session.uncertainty()
@@ -95,7 +110,7 @@ class CameraWorker(SessionWorker[CameraSession]):
         if known is not None:
             rows, columns = known.sd.shape
             uncertainty = CalibrationUncertainty(columns, rows, np.round(known.sd, 3).tolist())
-        return jobs.SessionChange(
+        return answers.SessionChange(
             advice=advised_view(session.advice()),
             progress=CalibrationProgress(
                 views=progress.views,

@@ -4,7 +4,7 @@ import cv2
 import msgspec
 import numpy as np
 
-from console.calibration.jobs import AdvisedView
+from console.calibration.answers import AdvisedView
 from console.messages.calibration import CalibrationAdvice, CalibrationBoard, CalibrationSessionState, Pixel
 from core.calibration.board.board import Board
 from core.calibration.camera.guidance import Advice

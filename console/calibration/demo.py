@@ -9,8 +9,8 @@ import numpy as np
 import scipy
 
 from console.calibration.codec import board_of
-from console.calibration.jobs import SkipAdvice
 from console.calibration.session import CalibrationSession
+from console.calibration.session_worker import SessionWorker
 from console.workers.demo_runner import Demo
 from core.calibration.board.board import Board
 from core.errors import BadInput, BeckonError, Refused
@@ -208,7 +208,7 @@ def demo_of(session: CalibrationSession, ask: Ask, seed: int) -> Demo:
 async def advised(session: CalibrationSession, skip: bool) -> Transform | None:
     """The advised pose of the board, camera_from_board; a new suggestion when `skip`."""
     if skip:
-        await session.act(SkipAdvice(), patient=True)
+        await session.act(SessionWorker.skip(), patient=True)
     return session.pose
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
+from console.calibration.answers import Rows
 from console.calibration.codec import board_of
-from console.calibration.jobs import Rows
 from console.messages.calibration import CalibrationBoard
 from core.calibration.laser.board_line import MeanScan
 from core.calibration.laser.planes import BoardPose, plane_of

@@ -3,17 +3,19 @@
 import msgspec
 import numpy as np
 
-from console.calibration import jobs
+from console.calibration import answers
 from console.calibration.codec import THUMBNAIL_PX, advised_view, png, points
 from console.calibration.laser_state import LaserState, resumed
 from console.calibration.session_worker import SessionWorker
 from console.messages.calibration import (
+    CalibrationBoard,
     CalibrationCheck,
     CalibrationProgress,
     CalibrationScan,
     CalibrationVerdict,
     CalibrationView,
 )
+from console.workers.job import job
 from console.workers.pictures import jpeg
 from core.calibration.board.board import Board
 from core.calibration.board.session import BoardVerdict
@@ -23,10 +25,11 @@ from core.calibration.laser.explanation import weak_words
 from core.calibration.laser.range_lines import unit_rays
 from core.calibration.laser.session import LaserSession
 from core.calibration.laser.solve import check, dots
+from core.calibration.mount import Mount
 from core.calibration.reports import kept, laser_report
 from core.errors import BadInput, Refused
 from core.message import Array
-from core.optics import TABLE_3
+from core.optics import TABLE_3, CameraModel
 from core.sensors.laser import Scan
 from core.sentences import plain
 
@@ -40,23 +43,33 @@ class LaserWorker(SessionWorker[LaserSession]):
         self._scan: Scan | None = None
         self._beams = np.empty(0, int)  # of the newest scan that end on the board
 
-    def open(self, job: jobs.OpenLaser) -> jobs.SessionAnswer:
-        self._session = resumed(job.board, job.camera, job.mount, job.state)
-        return self.refresh() if job.solved is None else self.adopt(jobs.AdoptSolution(job.solved))
+    @job
+    def open(
+        self,
+        board: CalibrationBoard,
+        state: bytes,
+        solved: answers.SolvedViews | None,
+        camera: CameraModel,
+        mount: Mount,
+    ) -> answers.SessionAnswer:
+        """Begin a session, or go on where `state` ended."""
+        self._session = resumed(board, camera, mount, state)
+        return self.refresh() if solved is None else self.adopt(solved)
 
-    def look(self, job: jobs.LookAtPicture) -> jobs.SessionAnswer:
-        grey, model = job.grey, self._session.model
+    @job
+    def look(self, grey: Array, stamp: float) -> answers.SessionAnswer:
+        model = self._session.model
         if grey.shape != (model.height, model.width):
             raise BadInput(
                 f"This picture is {size_words(grey)}, the camera in use is for "
                 f"{model.width}x{model.height}; calibrate the camera at this size first."
             )
         self._grey = grey
-        return self._answer(verdict=self._session.look(grey, job.stamp))
+        return self._answer(verdict=self._session.look(grey, stamp))
 
-    def sweep(self, job: jobs.SweepScan) -> jobs.SessionAnswer:
+    @job
+    def sweep(self, scan: Scan) -> answers.SessionAnswer:
         """Look at a scan: first of the empty room, then of the still board."""
-        scan = job.scan
         empty, first = self._session.background is None, self._scan is None
         verdict = self._session.sweep(scan)
         self._scan, self._beams = scan, self._on_board(scan)
@@ -66,27 +79,32 @@ class LaserWorker(SessionWorker[LaserSession]):
         answer = msgspec.structs.replace(answer, scan=self._shown(scan), room_known=room_known)
         if verdict is None or not is_counted or self._grey is None:
             return answer
-        counted = jobs.CountedPicture(verdict.name, png(self._grey), jpeg(self._grey, THUMBNAIL_PX))
+        counted = answers.CountedPicture(verdict.name, png(self._grey), jpeg(self._grey, THUMBNAIL_PX))
         return msgspec.structs.replace(answer, counted=counted, check=self._check())
 
-    def forget_room(self, _: jobs.ForgetRoom) -> jobs.SessionAnswer:
+    @job
+    def forget_room(self) -> answers.SessionAnswer:
+        """Look at the empty room again: the robot has moved, or a person stood in the room. Poses stay."""
         self._session.forget_room()
         words = "The empty room is looked at again: step out of the laser's view."
         return self._answer(changed=True, verdict=BoardVerdict(kind="background", words=words))
 
-    def refresh(self, _: jobs.RefreshSession | None = None) -> jobs.SessionAnswer:
+    @job
+    def refresh(self) -> answers.SessionAnswer:
         return self._answer(changed=True)
 
-    def accept(self, job: jobs.AcceptMount) -> jobs.AcceptedMount:
+    @job
+    def accept(self, *, force: bool) -> answers.AcceptedMount:
+        """The mount as it is stored; `force`: although it is not as exact as it should be. Raises Refused."""
         session, found = self._session, self._session.calibration
-        self.check_acceptable(solved=found is not None, force=job.force)
+        self.check_acceptable(solved=found is not None, force=force)
         assert found is not None
         if found.extrinsics.unknown:
             raise Refused(weak_words(found.extrinsics)[0])
         document = kept(session.model, board=session.board, laser=found)
-        return jobs.AcceptedMount(document, laser_report(found, session.names, session.board, session.model))
+        return answers.AcceptedMount(document, laser_report(found, session.names, session.board, session.model))
 
-    def _answer(self, *, changed: bool = False, verdict: BoardVerdict | None = None) -> jobs.SessionAnswer:
+    def _answer(self, *, changed: bool = False, verdict: BoardVerdict | None = None) -> answers.SessionAnswer:
         model = self._session.model
         shown = None
         if verdict is not None:
@@ -99,11 +117,11 @@ class LaserWorker(SessionWorker[LaserSession]):
                 beams=None if verdict.beams is None else verdict.beams.tolist(),
             )
         change = self._change() if changed else None
-        return jobs.SessionAnswer(size=(model.width, model.height), verdict=shown, change=change)
+        return answers.SessionAnswer(size=(model.width, model.height), verdict=shown, change=change)
 
-    def _change(self) -> jobs.SessionChange:
+    def _change(self) -> answers.SessionChange:
         session, progress = self._session, self._session.progress()
-        return jobs.SessionChange(
+        return answers.SessionChange(
             advice=advised_view(session.advice()),
             progress=msgspec.convert({**progress._asdict(), "views": progress.poses}, CalibrationProgress),
             views=self._views(),

@@ -6,8 +6,9 @@ import logging
 import cv2
 import numpy as np
 
-from console.calibration.jobs import ForgetRoom, LookAtPicture, SweepScan
+from console.calibration.laser_worker import LaserWorker
 from console.calibration.session import PICTURE_BUDGET_S, CalibrationSession
+from console.calibration.session_worker import SessionWorker
 from console.http.problems import Problem
 from core.errors import BeckonError
 from core.geometry import Pose
@@ -69,22 +70,21 @@ class LiveCapture:
                 return
 
     async def _look(self, image: Image) -> None:
-        await self._session.act(
-            LookAtPicture(grey_picture(image), image.stamp), budget=PICTURE_BUDGET_S, stamp=image.stamp, patient=True
-        )
+        job = SessionWorker.look(grey_picture(image), image.stamp)
+        await self._session.act(job, budget=PICTURE_BUDGET_S, stamp=image.stamp, patient=True)
 
     async def _sweep(self, scan: Scan) -> None:
         here = self._odometry
         if moved(self._session.stood, here):
             await self._forget_room(here)
-        known = await self._session.act(SweepScan(scan), stamp=scan.stamp, patient=True)
+        known = await self._session.act(LaserWorker.sweep(scan), stamp=scan.stamp, patient=True)
         if self._session.stood is None and here is not None:
             if known.room_known:  # from before a restart: nobody knows where the robot stood then
                 await self._forget_room(here)
             self._session.stood = here
 
     async def _forget_room(self, here: Pose | None) -> None:
-        await self._session.act(ForgetRoom(), patient=True)
+        await self._session.act(LaserWorker.forget_room(), patient=True)
         self._session.stood = here
 
 

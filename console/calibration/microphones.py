@@ -18,7 +18,7 @@ import numpy as np
 from console.http.problems import Problem
 from console.part import Part
 from console.robot.supervisor import RobotSupervisor
-from console.workers.array_worker import CheckArray, FindClap
+from console.workers.array_worker import ArrayWorker
 from console.workers.job import Answer, Job
 from console.workers.tasks import end
 from console.workers.worker import Worker, WorkerLost
@@ -400,12 +400,12 @@ class MicrophoneCalibration(Part):
 
     async def _check(self, say_from: float | None) -> None:
         self.faults = None
-        self.faults = await self._asked(CheckArray(*await self._recorded(CHECKED_S, say_from)))
+        self.faults = await self._asked(ArrayWorker.check(*await self._recorded(CHECKED_S, say_from)))
 
     async def _clap(self, asked: float, say_from: float | None) -> None:
         recorded = await self._recorded(CLAP_S, say_from)
         try:
-            clap = await self._asked(FindClap(*recorded, asked))
+            clap = await self._asked(ArrayWorker.find_clap(*recorded, asked))
         except BadInput as wrong:
             self.verdict = str(wrong)
             return

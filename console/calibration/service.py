@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from console.broadcast import Broadcaster
-from console.calibration import jobs
+from console.calibration import answers
+from console.calibration.answers import Document
 from console.calibration.apply import calibrated, laser_start
 from console.calibration.calibration_store import NAMES, CalibrationStore
+from console.calibration.camera_worker import CameraWorker
 from console.calibration.codec import board_of
 from console.calibration.demo import demo_of
 from console.calibration.live_capture import LiveCapture, grey_picture
@@ -28,6 +30,7 @@ from console.calibration.session_store import (
     StoredSession,
     kept_sessions,
 )
+from console.calibration.solver_worker import SolverWorker
 from console.http.problems import Problem
 from console.messages import state as messages
 from console.messages.calibration import (
@@ -232,10 +235,10 @@ class CalibrationService(Part):
             self._warn(why_not)
         return profile
 
-    def used(self) -> dict[CalibrationKind, jobs.Document | None]:
+    def used(self) -> dict[CalibrationKind, Document | None]:
         """The reports of the accepted calibrations, by kind, each with why it is not used, or ''; None: as built."""
         reasons = calibrated(self._robot.profile, self.active)[1]
-        reports: dict[CalibrationKind, jobs.Document | None] = dict.fromkeys(KINDS)
+        reports: dict[CalibrationKind, Document | None] = dict.fromkeys(KINDS)
         for kind in KINDS:
             if (report := self.active.report(kind)) is not None:
                 reports[kind] = {**report, "not_used": reasons.get(kind, "")}
@@ -264,17 +267,17 @@ class CalibrationService(Part):
 
     async def read(
         self, text: str, who: str
-    ) -> tuple[CalibrationKind, jobs.ImportedCameraReport | jobs.ImportedMountReport]:
+    ) -> tuple[CalibrationKind, answers.ImportedCameraReport | answers.ImportedMountReport]:
         """Use the camera or the mount in a file of any form from now on → its kind and report. Raises BadInput."""
-        found = await self.solver.ask(jobs.ReadCalibrationFile(text, self.active.camera), budget=PICTURE_BUDGET_S)
-        if isinstance(found, jobs.ImportedMount):
+        found = await self.solver.ask(SolverWorker.read_file(text, self.active.camera), budget=PICTURE_BUDGET_S)
+        if isinstance(found, answers.ImportedMount):
             kind, document = "laser", {**found.document, "extrinsics": found.extrinsics}
         else:
             kind, document = "camera", {**found.document}
         await self.use(kind, document, {**found.report}, who)
         return kind, found.report
 
-    async def use(self, kind: CalibrationKind, document: jobs.Document, report: jobs.Document, who: str) -> None:
+    async def use(self, kind: CalibrationKind, document: Document, report: Document, who: str) -> None:
         """A document with its report becomes the calibration in use. Raises BadInput, Problem 503."""
         await asyncio.to_thread(self.active.put, kind, document, report, who)
         self._recalibrated()
@@ -326,7 +329,7 @@ class CalibrationService(Part):
         if self.newest is None or self._robot.link()[0] != "live":
             raise Problem(503, "No picture comes from the robot now.")
         image = self.newest
-        await session.act(jobs.TakePicture(grey_picture(image)), budget=PICTURE_BUDGET_S, stamp=image.stamp)
+        await session.act(CameraWorker.take_picture(grey_picture(image)), budget=PICTURE_BUDGET_S, stamp=image.stamp)
 
     async def show_demo(self, session: CalibrationSession, *, on: bool) -> None:
         """The simulated person holds the board for this session, or stops. Raises Problem 409."""

@@ -8,9 +8,13 @@ from contextlib import asynccontextmanager
 
 import msgspec
 
-from console.calibration import jobs
+from console.calibration import answers
+from console.calibration.camera_worker import CameraWorker
 from console.calibration.codec import camera_in
+from console.calibration.laser_worker import LaserWorker
 from console.calibration.session_store import FORM_VERSION, SessionStore, StoredSession
+from console.calibration.session_worker import SessionWorker
+from console.calibration.solver_worker import SolverWorker
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationSolving, CalibrationVerdict, VerdictKind
 from console.workers.job import Answer, Job, plain
@@ -54,7 +58,7 @@ class CalibrationSession(ABC):
         self._names: list[str] = []  # of the views that take part
         self._stale = False
         self._given_up: list[str] | None = None  # views that could not be solved
-        self._solved: jobs.SolvedViews | None = None
+        self._solved: answers.SolvedViews | None = None
         self._solver_worker, self._changed, self._tell, self._worker = solver, changed, tell, Worker(kept.card.kind)
         self._opened = 0  # the worker's start at which the session was laid on it
         self._turn = asyncio.Lock()
@@ -72,34 +76,34 @@ class CalibrationSession(ABC):
         return self._waiting > 0 or self.solving_task is not None
 
     @abstractmethod
-    def _opening(self) -> Job[jobs.SessionAnswer]:
+    def _opening(self) -> Job[answers.SessionAnswer]:
         """The job that lays the session before its worker."""
 
     @abstractmethod
-    async def _solution(self) -> jobs.CameraSolution | jobs.LaserSolution:
+    async def _solution(self) -> answers.CameraSolution | answers.LaserSolution:
         """Have the session solved. Raises BeckonError."""
 
     @abstractmethod
-    async def _acceptance(self, *, force: bool) -> jobs.AcceptedCamera | jobs.AcceptedMount:
+    async def _acceptance(self, *, force: bool) -> answers.AcceptedCamera | answers.AcceptedMount:
         """Have the solution accepted. Raises Refused with the reason."""
 
     async def act(
         self,
-        job: Job[jobs.SessionAnswer],
+        job: Job[answers.SessionAnswer],
         *,
         budget: float = BUDGET_S,
         stamp: float | None = None,
+        original: bytes | None = None,
         patient: bool = False,
-    ) -> jobs.SessionAnswer:
+    ) -> answers.SessionAnswer:
         """One job at the worker → its answer, shown and saved already. Raises Problem, BadInput, Refused.
 
-        `patient`: this caller may wait behind however many others.
+        `original`: the picture as it was sent; `patient`: this caller may wait behind however many others.
         """
         async with self._queued(patient=patient):
             answer = await self._asked(job, budget)
             if answer.counted is not None:
-                content = job.content if isinstance(job, jobs.LookAtWebcam | jobs.TakeUpload) else None
-                await self._keep(answer.counted, content)
+                await self._keep(answer.counted, original)
             self._learn(answer, stamp)
             if answer.change is not None:
                 await self.save()
@@ -107,14 +111,14 @@ class CalibrationSession(ABC):
         self.solve_soon()
         return answer
 
-    async def accept(self, *, force: bool) -> jobs.AcceptedCamera | jobs.AcceptedMount:
+    async def accept(self, *, force: bool) -> answers.AcceptedCamera | answers.AcceptedMount:
         """The document and the report of the solution. Raises Refused with the reason, Problem 503.
 
         What is being solved is waited for. A restart costs the solution all but what is shown of it; then it is
         solved again first, of the same views.
         """
         if self._solved is None and self.shown.solution is not None:
-            await self.act(jobs.RefreshSession())
+            await self.act(SessionWorker.refresh())
         try:
             async with asyncio.timeout(SOLVE_PATIENCE_S):
                 await self._settled.wait()
@@ -157,7 +161,7 @@ class CalibrationSession(ABC):
 
     async def solve_now(self) -> None:
         """Solve, even what could not be solved before. Raises Refused with too few views, or with nothing new."""
-        await self.act(jobs.RefreshSession())
+        await self.act(SessionWorker.refresh())
         if not self._stale:
             covered = self._solved is not None and self._solved.names == self._names
             raise Refused(COVERED if covered else self.shown.progress.words)
@@ -226,7 +230,7 @@ class CalibrationSession(ABC):
         self._opened = self._worker.starts
         self._learn(answer)
 
-    def _learn(self, answer: jobs.SessionAnswer, stamp: float | None = None) -> None:
+    def _learn(self, answer: answers.SessionAnswer, stamp: float | None = None) -> None:
         shown = self.shown
         shown.size = answer.size
         shown.scan = answer.scan or shown.scan
@@ -253,7 +257,7 @@ class CalibrationSession(ABC):
             self.last_counted = self._number
             self._counted_until = time.monotonic() + DWELL_S
 
-    async def _keep(self, counted: jobs.CountedPicture, content: bytes | None) -> None:
+    async def _keep(self, counted: answers.CountedPicture, content: bytes | None) -> None:
         picture = counted.picture or content
         if not picture:
             return
@@ -289,7 +293,7 @@ class CalibrationSession(ABC):
             self.shown.solution = dict(result.report)
             self.shown.active_compare = self.compare()
             self.exports = result.exports
-            await self.act(jobs.AdoptSolution(result.solved), patient=True)
+            await self.act(SessionWorker.adopt(result.solved), patient=True)
         except (BeckonError, Problem) as wrong:
             self._given_up = names
             self.trouble(f"Not solved: {wrong}")
@@ -301,7 +305,7 @@ class CalibrationSession(ABC):
             return
         solution = self.shown.solution
         try:
-            solution["correction"] = await self._solver_worker.ask(jobs.MeasureCorrection(camera), budget=BUDGET_S)
+            solution["correction"] = await self._solver_worker.ask(SolverWorker.correction(camera), budget=BUDGET_S)
         except BeckonError:
             return
         await self.save()
@@ -309,29 +313,28 @@ class CalibrationSession(ABC):
 
 
 class CameraCalibrationSession(CalibrationSession):
-    def _opening(self) -> jobs.OpenCamera:
-        return jobs.OpenCamera(self.card.board, self._state, self._solved)
+    def _opening(self) -> Job[answers.SessionAnswer]:
+        return CameraWorker.open(self.card.board, self._state, self._solved)
 
-    async def _solution(self) -> jobs.CameraSolution:
-        return await self._solver_worker.ask(
-            jobs.SolveCamera(self.card.board, self._state, self.printed), budget=SOLVE_BUDGET_S
-        )
+    async def _solution(self) -> answers.CameraSolution:
+        job = SolverWorker.solve_camera(self.card.board, self._state, printed=self.printed)
+        return await self._solver_worker.ask(job, budget=SOLVE_BUDGET_S)
 
-    async def _acceptance(self, *, force: bool) -> jobs.AcceptedCamera:
-        return await self._asked(jobs.AcceptCamera(force))
+    async def _acceptance(self, *, force: bool) -> answers.AcceptedCamera:
+        return await self._asked(CameraWorker.accept(force=force))
 
 
 class LaserCalibrationSession(CalibrationSession):
-    def _opening(self) -> jobs.OpenLaser:
+    def _opening(self) -> Job[answers.SessionAnswer]:
         camera, mount = self.card.camera, self.card.mount
         assert camera is not None and mount is not None
-        return jobs.OpenLaser(self.card.board, self._state, self._solved, camera, mount.mount)
+        return LaserWorker.open(self.card.board, self._state, self._solved, camera, mount.mount)
 
-    async def _solution(self) -> jobs.LaserSolution:
+    async def _solution(self) -> answers.LaserSolution:
         camera, mount = self.card.camera, self.card.mount
         assert camera is not None and mount is not None
-        job = jobs.SolveLaser(self.card.board, self._state, camera, mount.mount, self.printed)
+        job = SolverWorker.solve_laser(self.card.board, self._state, camera, mount.mount, printed=self.printed)
         return await self._solver_worker.ask(job, budget=SOLVE_BUDGET_S)
 
-    async def _acceptance(self, *, force: bool) -> jobs.AcceptedMount:
-        return await self._asked(jobs.AcceptMount(force))
+    async def _acceptance(self, *, force: bool) -> answers.AcceptedMount:
+        return await self._asked(LaserWorker.accept(force=force))

@@ -5,9 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any, Generic, TypeVar
 
-from console.calibration import jobs
+from console.calibration import answers
+from console.workers.job import job
 from core.calibration.board.session import BoardSession
 from core.errors import Refused
+from core.message import Array
 
 SessionT = TypeVar("SessionT", bound=BoardSession[Any, Any])
 
@@ -23,23 +25,38 @@ class SessionWorker(ABC, Generic[SessionT]):
     def __init__(self, session: SessionT) -> None:
         self._session = session
 
+    @job
     @abstractmethod
-    def refresh(self, _: jobs.RefreshSession | None = None) -> jobs.SessionAnswer:
+    def look(self, grey: Array, stamp: float) -> answers.SessionAnswer:
+        """A live picture of the robot (H, W) uint8, taken when it is sharp, still and new; `stamp` [s]."""
+        ...
+
+    @job
+    @abstractmethod
+    def refresh(self) -> answers.SessionAnswer:
         """All of it, as it is."""
+        ...
 
-    def adopt(self, job: jobs.AdoptSolution) -> jobs.SessionAnswer:
-        self._session.adopt(job.solved.calibration, job.solved.names)
+    @job
+    def adopt(self, solved: answers.SolvedViews) -> answers.SessionAnswer:
+        self._session.adopt(solved.calibration, solved.names)
         return self.refresh()
 
-    def drop(self, job: jobs.DropView) -> jobs.SessionAnswer:
-        self._session.drop(job.name)
+    @job
+    def drop(self, name: str) -> answers.SessionAnswer:
+        """Leave a view out. Raises BadInput."""
+        self._session.drop(name)
         return self.refresh()
 
-    def restore(self, job: jobs.RestoreView) -> jobs.SessionAnswer:
-        self._session.restore(job.name)
+    @job
+    def restore(self, name: str) -> answers.SessionAnswer:
+        """Take a view back in. Raises BadInput."""
+        self._session.restore(name)
         return self.refresh()
 
-    def skip(self, _: jobs.SkipAdvice) -> jobs.SessionAnswer:
+    @job
+    def skip(self) -> answers.SessionAnswer:
+        """Suggest another view."""
         self._session.skip()
         return self.refresh()
 

@@ -5,10 +5,12 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from console.calibration import jobs
+from console.calibration import answers
 from console.calibration.camera_worker import read_grey
 from console.calibration.codec import board_of
 from console.calibration.laser_state import resumed
+from console.messages.calibration import CalibrationBoard
+from console.workers.job import job
 from console.workers.pictures import jpeg
 from core.calibration.camera.facts import known_facts
 from core.calibration.camera.intrinsics import Calibration
@@ -18,6 +20,7 @@ from core.calibration.exports import camera_exports, laser_exports
 from core.calibration.files.camera_files import parse_camera, read_json
 from core.calibration.files.mount_files import both_ways
 from core.calibration.files.mount_reading import holds_mount, mount_doubts, parse_mount
+from core.calibration.mount import Mount
 from core.calibration.printed import equation_44
 from core.calibration.reports import (
     CorrectionReport,
@@ -28,6 +31,7 @@ from core.calibration.reports import (
     laser_report,
 )
 from core.errors import BadInput
+from core.optics import CameraModel
 
 MAX_ARROWS = 800  # residuals shown at most
 FROM_FILE = "Read from a file; how exact it is stands only in the file it came from."
@@ -36,60 +40,72 @@ FROM_FILE = "Read from a file; how exact it is stands only in the file it came f
 class SolverWorker:
     """Remembers nothing from job to job."""
 
-    def solve_camera(self, job: jobs.SolveCamera) -> jobs.CameraSolution:
-        session = CameraSession.resumed(msgspec.json.decode(job.state, type=CameraState))
-        session.board = board_of(job.board)
+    @job
+    def solve_camera(self, board: CalibrationBoard, state: bytes, *, printed: bool) -> answers.CameraSolution:
+        """Solve a session; `printed`: with the coefficients as eq. 44 has them. Raises BadInput."""
+        session = CameraSession.resumed(msgspec.json.decode(state, type=CameraState))
+        session.board = board_of(board)
         names = [view.name for view in session.views]
         found = session.solve()
         report = camera_report(found)
-        shown: jobs.CameraSolutionReport = {
+        shown: answers.CameraSolutionReport = {
             **report,
             "views_refused": [
                 {"image": each.name, "reason": each.reason} for each in found.verdicts if not each.used
             ],
             "residuals": residuals(found),
         }
-        if job.printed:
+        if printed:
             shown["eq_44"] = equation_44(found.model)
-        return jobs.CameraSolution(jobs.SolvedCamera(found, names), shown, camera_exports(found, report))
+        return answers.CameraSolution(answers.SolvedCamera(found, names), shown, camera_exports(found, report))
 
-    def solve_laser(self, job: jobs.SolveLaser) -> jobs.LaserSolution:
-        session = resumed(job.board, job.camera, job.mount, job.state)
+    @job
+    def solve_laser(
+        self, board: CalibrationBoard, state: bytes, camera: CameraModel, mount: Mount, *, printed: bool
+    ) -> answers.LaserSolution:
+        """Solve a session; `printed`: by eq. 13. Raises BadInput."""
+        session = resumed(board, camera, mount, state)
         names = [pose.name for pose in session.poses]
-        found = session.solve(printed=job.printed)
+        found = session.solve(printed=printed)
         report = laser_report(found, names, session.board, session.model)
         exports = laser_exports(found, session.board, session.model)
-        return jobs.LaserSolution(jobs.SolvedMount(found, names), report, exports)
+        return answers.LaserSolution(answers.SolvedMount(found, names), report, exports)
 
-    def correction(self, job: jobs.MeasureCorrection) -> CorrectionReport:
-        """Measure the errors of Table 1's inverse and of the exact one."""
-        return correction_report(job.camera)
+    @job
+    def correction(self, camera: CameraModel) -> CorrectionReport:
+        """Measure how well Table 1's inverse and the exact one straighten this camera's pictures."""
+        return correction_report(camera)
 
-    def picture(self, job: jobs.StraightenPicture) -> bytes:
-        grey, _ = read_grey(job.content)
-        if job.camera is not None:
-            model = job.camera
-            if grey.shape != (model.height, model.width):
+    @job
+    def picture(self, content: bytes, camera: CameraModel | None) -> bytes:
+        """A stored picture, JPEG or PNG → JPEG, straight where a camera is given. Raises BadInput."""
+        grey, _ = read_grey(content)
+        if camera is not None:
+            if grey.shape != (camera.height, camera.width):
                 raise BadInput("This picture has another size than the calibration.")
-            grey = straighten(grey, exact_map(model))
+            grey = straighten(grey, exact_map(camera))
         return jpeg(grey)
 
-    def read_file(self, job: jobs.ReadCalibrationFile) -> jobs.ImportedCamera | jobs.ImportedMount:
-        text = job.text
+    @job
+    def read_file(self, text: str, camera: CameraModel | None) -> answers.ImportedCamera | answers.ImportedMount:
+        """Read a camera's or a mount's file of any form. Raises BadInput.
+
+        A mount belongs to a camera: the one in its own file, else `camera`, which is in use.
+        """
         if not holds_mount(text):
             return imported_camera(text)
         mount = parse_mount(text)
         own = read_json(text) if text.lstrip().startswith("{") else {}
         if "camera" in own:
             model = parse_camera(text)
-        elif job.camera is not None:
-            model = job.camera
+        elif camera is not None:
+            model = camera
         else:
             raise BadInput("A mount belongs to a camera: calibrate the camera first, or bring the camera's file.")
         entry: Any = own.get("extrinsics", {**both_ways(mount)})
         if not isinstance(entry, dict):
             raise BadInput("It holds no mount.")
-        return jobs.ImportedMount(
+        return answers.ImportedMount(
             kept(model),
             entry,
             {
@@ -100,18 +116,18 @@ class SolverWorker:
         )
 
 
-def imported_camera(text: str) -> jobs.ImportedCamera:
+def imported_camera(text: str) -> answers.ImportedCamera:
     """The text of a camera's file → the camera and what is known about it. Raises BadInput."""
     model = parse_camera(text)
     document = kept(model)
-    report: jobs.ImportedCameraReport = {**camera_numbers(model), "warnings": [FROM_FILE]}
+    report: answers.ImportedCameraReport = {**camera_numbers(model), "warnings": [FROM_FILE]}
     known, board = known_facts(text)
     document["camera"] = {**document["camera"], **known}
     if board is not None:
         document["board"] = board
     if "free" in known and "sd" in known:
         report["sd"] = dict(zip(known["free"], known["sd"], strict=True))
-    return jobs.ImportedCamera(document, report)
+    return answers.ImportedCamera(document, report)
 
 
 def residuals(found: Calibration) -> list[list[float]]:

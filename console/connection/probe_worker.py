@@ -4,7 +4,7 @@ import http.client
 import time
 from urllib.parse import urlsplit
 
-from console.workers.job import Job
+from console.workers.job import job
 from core.errors import Unavailable
 from core.pilot.replayed_drive import open_robot
 from core.recording import LogSettings
@@ -21,54 +21,43 @@ PICTURE_TYPES = ("image/", "video/", "multipart/x-mixed-replace")
 NO_PICTURES = "{host} sends no pictures ({kind}); a camera sends images, a video or multipart/x-mixed-replace."
 
 
-class ProbeRobot(Job[FoundRobot], frozen=True):
-    """Connect, listen for some seconds, let go; nothing is driven."""
-
-    file: RobotFile  # with its URL
-    restrained: bool = False  # a camera on the network sends pictures from the address that was named, or nothing
-
-
-class CheckRecording(Job[None], frozen=True):
-    """Read a recording whole, as its replay does."""
-
-    path: str  # may end in #N
-    settings: LogSettings
-
-
-class CheckRobotFile(Job[str], frozen=True):
-    """Write a robot file's text, read it back, and ask its drivers about their own entries → the text."""
-
-    file: RobotFile
-    comment: str
-
-
 class ProbeWorker:
     """Remembers nothing from job to job."""
 
-    def probe(self, job: ProbeRobot) -> FoundRobot:
-        """Return the findings on the robot. Raises BadInput, Unavailable."""
-        if job.restrained:
+    @job
+    def probe(self, file: RobotFile, *, restrained: bool) -> FoundRobot:
+        """Connect by the file's URL, listen for some seconds, let go; nothing is driven.
+
+        `restrained`: a camera on the network sends pictures from the address that was named, or nothing. Raises
+        BadInput, Unavailable.
+        """
+        if restrained:
             VideoCamera.restrained = True
-            for part in parts_of(job.file.url):
+            for part in parts_of(file.url):
                 if part.startswith("camera://http/"):
                     check_sends_pictures(f"http://{part.removeprefix('camera://http/')}")
-        robot = live(job.file.url, job.file)
+        robot = live(file.url, file)
         try:
             time.sleep(RATE_LISTENING_S)
             return robot.ask(ReadConnection())
         finally:
             robot.close()
 
-    def check(self, job: CheckRobotFile) -> str:
-        """The text as it may be written. Raises BadInput, Unavailable."""
-        text = toml_text(job.file, job.comment)
+    @job
+    def check(self, file: RobotFile, comment: str) -> str:
+        """Write a file's text, read it back, and ask its drivers about their entries → the text.
+
+        Raises BadInput, Unavailable.
+        """
+        text = toml_text(file, comment)
         read = parse_robot_file(text, NAME)
         devices_of(read.url, read)
         return text
 
-    def read(self, job: CheckRecording) -> None:
-        """Read it to its end. Raises BadInput with the reader's sentence."""
-        open_robot(job.path, seed=0, settings=Settings(log=job.settings)).close()
+    @job
+    def read(self, path: str, settings: LogSettings) -> None:
+        """Read a recording, FILE or FILE#N, whole, as its replay does. Raises BadInput with the reader's sentence."""
+        open_robot(path, seed=0, settings=Settings(log=settings)).close()
 
 
 def check_sends_pictures(url: str) -> None:

@@ -12,7 +12,7 @@ import msgspec
 from msgspec import structs
 
 from console.access.logins import Person
-from console.connection.probe_worker import CheckRecording, CheckRobotFile, ProbeRobot
+from console.connection.probe_worker import ProbeWorker
 from console.connection.reach import Reach, inside
 from console.http.problems import Problem
 from console.maps.service import MapService
@@ -139,7 +139,7 @@ class ConnectionService(Part):
         if url in WORLDS:
             return url
         url = await asyncio.to_thread(self._recording, url, who)
-        job = CheckRecording(url.removeprefix("log:"), self._settings)
+        job = ProbeWorker.read(url.removeprefix("log:"), self._settings)
         await self._at_work(lambda worker: worker.ask(job, budget=RECORDING_READ_S), RECORDING_LOST)
         return url
 
@@ -176,7 +176,7 @@ class ConnectionService(Part):
         restrained = not self._is_free_for(who, url)
         if restrained:
             chosen = structs.replace(chosen, url=await asyncio.to_thread(self.reach.pinned, chosen.url))
-        job = ProbeRobot(without_lock(chosen, parts_of(chosen.url)), restrained)
+        job = ProbeWorker.probe(without_lock(chosen, parts_of(chosen.url)), restrained=restrained)
         found = await self._at_work(lambda worker: worker.ask(job, budget=PROBE_BUDGET_S))
         return structs.replace(found, url=url)  # as it was asked for: a file is made of that robot's own one
 
@@ -228,7 +228,7 @@ class ConnectionService(Part):
         path = self._folder / f"{slug(file.name, 'robot')}.toml"
         command = f"beckon run --robot {shlex.quote(str(path))}"
         text = await self._at_work(
-            lambda worker: worker.ask(CheckRobotFile(file, f"{comment}\n{command}"), budget=PROBE_BUDGET_S)
+            lambda worker: worker.ask(ProbeWorker.check(file, f"{comment}\n{command}"), budget=PROBE_BUDGET_S)
         )
         async with self._turn:
             if path.exists() and not replace:

@@ -18,7 +18,7 @@ from console.access.logins import Person
 from console.http.problems import Problem
 from console.run_store import RunState, RunStore, StoredRun
 from console.workers.child_process import ROOT
-from console.workers.job import Job
+from console.workers.job import job
 from console.workers.tasks import end, to_the_end
 from console.workers.worker import Worker
 from core.errors import Unavailable
@@ -46,14 +46,12 @@ class ExperimentEntry(msgspec.Struct, frozen=True):
     chapter: tuple[ChapterValue, ...]
 
 
-class ListExperiments(Job[list[ExperimentEntry]], frozen=True):
-    """Every experiment, in the order of their names."""
-
-
 class ExperimentsWorker:
     """Imports every experiment, which the console itself does not."""
 
-    def every(self, _: ListExperiments) -> list[ExperimentEntry]:
+    @job
+    def every(self) -> list[ExperimentEntry]:
+        """Every experiment, in the order of their names."""
         return [entry(name) for name in sorted(EXPERIMENTS)]
 
 
@@ -85,7 +83,7 @@ class Catalogue:
 
     async def _read(self) -> list[ExperimentEntry]:
         try:
-            return await self._worker.ask(ListExperiments(), budget=BUDGET_S)
+            return await self._worker.ask(ExperimentsWorker.every(), budget=BUDGET_S)
         finally:
             self._worker.kill()
 

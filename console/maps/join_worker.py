@@ -5,7 +5,7 @@ from pathlib import Path
 import msgspec
 
 from console.maps.export import overlay
-from console.workers.job import Job
+from console.workers.job import job
 from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map_join import MapMatch, grid_of, join_maps, match_maps
@@ -25,35 +25,29 @@ class JoinedMap(msgspec.Struct, frozen=True):
     older_submaps: int  # those of the newer map stand behind them
 
 
-class MatchMaps(Job[DrawnMatch], frozen=True):
-    """Find where the newer map lies in the older one. Raises BadInput."""
-
+class TwoMaps(msgspec.Struct, frozen=True):
     older: str  # folder of a SavedMap
     newer: str
     parts: MapperSettings
 
-
-class JoinMaps(Job[JoinedMap], frozen=True):
-    """Join two maps where they were found to lie. Raises BadInput."""
-
-    maps: MatchMaps
-    found: MapMatch
+    def read(self) -> tuple[SavedMap, SavedMap]:
+        """The older and the newer map. Raises BadInput."""
+        return SavedMap.from_files(Path(self.older)), SavedMap.from_files(Path(self.newer))
 
 
 class JoinWorker:
     """Remembers nothing from one job to the next."""
 
-    def match(self, job: MatchMaps) -> DrawnMatch:
-        older, newer = read(job)
-        found = match_maps(older, newer, job.parts)
-        return DrawnMatch(found, overlay(grid_of(older, job.parts), grid_of(newer, job.parts), found.pose))
+    @job
+    def match(self, maps: TwoMaps) -> DrawnMatch:
+        """Find where the newer map lies in the older one. Raises BadInput."""
+        older, newer = maps.read()
+        found = match_maps(older, newer, maps.parts)
+        return DrawnMatch(found, overlay(grid_of(older, maps.parts), grid_of(newer, maps.parts), found.pose))
 
-    def join(self, job: JoinMaps) -> JoinedMap:
-        older, newer = read(job.maps)
-        saved = join_maps(older, newer, job.found, job.maps.parts)
-        return JoinedMap(saved, grid_of(saved, job.maps.parts), older.submaps)
-
-
-def read(maps: MatchMaps) -> tuple[SavedMap, SavedMap]:
-    """The older and the newer map. Raises BadInput."""
-    return SavedMap.from_files(Path(maps.older)), SavedMap.from_files(Path(maps.newer))
+    @job
+    def join(self, maps: TwoMaps, found: MapMatch) -> JoinedMap:
+        """Join two maps where they were found to lie. Raises BadInput."""
+        older, newer = maps.read()
+        saved = join_maps(older, newer, found, maps.parts)
+        return JoinedMap(saved, grid_of(saved, maps.parts), older.submaps)

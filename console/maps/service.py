@@ -21,7 +21,7 @@ from console.control.history import History
 from console.control.lease import Lease
 from console.http.problems import Problem
 from console.maps.export import FLOOR, PREVIEW, known_part, write_map
-from console.maps.join_worker import JoinMaps, MatchMaps
+from console.maps.join_worker import JoinWorker, TwoMaps
 from console.maps.marks import MapMarks, put_together, read_marks, taken_again, write_marks
 from console.maps.plan import PrintedPlan
 from console.maps.store import MAX_NAME_LETTERS, MapInfo, MapStore, StoredMap, checked_name, key_of
@@ -76,7 +76,7 @@ class JoinProposal:
     id: str
     older: StoredMap
     newer: StoredMap
-    maps: MatchMaps
+    maps: TwoMaps
     found: MapMatch
     picture: bytes  # PNG
 
@@ -328,8 +328,8 @@ class MapService(Part):
                 raise BadInput(Statement("join.two_maps"))
             for each in (one, two):
                 await self._on_disk(asyncio.to_thread(self._store.checked, each))
-            maps = MatchMaps(str(one.folder / FLOOR), str(two.folder / FLOOR), parts_of(self._settings))
-            drawn = await self._worked(maps)
+            maps = TwoMaps(str(one.folder / FLOOR), str(two.folder / FLOOR), parts_of(self._settings))
+            drawn = await self._worked(JoinWorker.match(maps))
             self._proposal = JoinProposal(secrets.token_hex(4), one, two, maps, drawn.found, drawn.picture)
             return self._proposal
 
@@ -346,7 +346,7 @@ class MapService(Part):
         """
         shown, named = self.proposal(number), checked_name(name)
         async with self._packing.taken():
-            made = await self._worked(JoinMaps(shown.maps, shown.found))
+            made = await self._worked(JoinWorker.join(shown.maps, shown.found))
         saved = checked(made.saved, named)
         card = self._card(named, who, known_part(made.grid), saved.submaps)
         card.landmarks, card.frame = sum(map(len, saved.facts.landmarks)), shown.older.card.frame

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from console.part import Part
-from console.people.look_worker import LookForPeople, OpenDetector
+from console.people.look_worker import LookWorker
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BeckonError
 from core.perception.people.engines import says, sees_people
@@ -113,7 +113,7 @@ class LookService(Part):
         if self._worker.alive and self._opened == self._worker.starts:
             return True
         try:
-            await self._worker.ask(OpenDetector(self._settings), budget=OPENING_BUDGET_S)
+            await self._worker.ask(LookWorker.open(self._settings), budget=OPENING_BUDGET_S)
         except BeckonError as trouble:
             await self._complain(f"I cannot look for people: {trouble}")
             return False
@@ -122,7 +122,7 @@ class LookService(Part):
 
     async def _look(self, question: LookQuestion) -> None:
         try:
-            seen = await self._worker.ask(LookForPeople(question), budget=LOOKING_BUDGET_S)
+            seen = await self._worker.ask(LookWorker.look(question), budget=LOOKING_BUDGET_S)
         except WorkerLost as lost:
             log.warning("The worker that looks for people was lost: %s", lost)
             return

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import msgspec
 
-from console.workers.job import Job
+from console.workers.job import job
 from console.workers.pictures import in_colour
 from core.errors import Unavailable
 from core.perception.people.detector import Rectangle
@@ -21,31 +21,23 @@ class PeopleSeen(msgspec.Struct, frozen=True):
     processing_s: float
 
 
-class OpenDetector(Job[str], frozen=True):
-    """Open the detector that these settings name → what it is, in a sentence. Raises Unavailable, BadInput."""
-
-    settings: PeopleSettings
-
-
-class LookForPeople(Job[PeopleSeen], frozen=True):
-    """Look through one picture of the robot's camera. Raises Unavailable before a detector was opened."""
-
-    question: LookQuestion
-
-
 class LookWorker:
     """Keeps one detector; of pictures it remembers nothing."""
 
     def __init__(self) -> None:
         self._detector: PersonDetector | None = None
 
-    def open(self, job: OpenDetector) -> str:
-        self._detector = open_detector(job.settings)
+    @job
+    def open(self, settings: PeopleSettings) -> str:
+        """Open the detector that these settings name → what it is, in a sentence. Raises Unavailable, BadInput."""
+        self._detector = open_detector(settings)
         return self._detector.says
 
-    def look(self, job: LookForPeople) -> PeopleSeen:
+    @job
+    def look(self, question: LookQuestion) -> PeopleSeen:
+        """Look through one picture of the robot's camera. Raises Unavailable before a detector was opened."""
         if self._detector is None:
             raise Unavailable("No detector was opened.")
         began = time.perf_counter()
-        found = self._detector.look(replace(job.question, pixels=in_colour(job.question.pixels)))
+        found = self._detector.look(replace(question, pixels=in_colour(question.pixels)))
         return PeopleSeen(found, time.perf_counter() - began)

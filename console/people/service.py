@@ -19,7 +19,7 @@ from console.part import Part
 from console.people.demo import EnrollmentDemo
 from console.people.enrollment import MOST_PICTURES, EnrollmentSession, EnrollmentState
 from console.people.store import CARD_VERSION, MOST_PEOPLE, PersonFile, PersonStore, StoredLooks, name_of
-from console.people.worker import JudgePicture, LearnPerson, PersonPicture, PixelPicture, ReadBackground
+from console.people.worker import PeopleWorker, PersonPicture, PixelPicture
 from console.robot.supervisor import RobotSupervisor
 from console.workers.job import Answer, Job
 from console.workers.tasks import QueueLimit
@@ -168,7 +168,7 @@ class EnrollmentService(Part):
     ) -> None:
         """The empty picture. Raises BadInput, Problem."""
         async with self._looks.taken():
-            enrollment.restart(await self._asked(enrollment, ReadBackground(picture)), stood)
+            enrollment.restart(await self._asked(enrollment, PeopleWorker.background(picture)), stood)
 
     async def take(self, enrollment: EnrollmentSession, picture: PersonPicture, *, own: bool = False) -> None:
         """A picture of a person; its verdict stands in the enrollment. Raises BadInput, Problem.
@@ -180,11 +180,9 @@ class EnrollmentService(Part):
                 raise Problem(409, "First the background: a picture without anybody.")
             if len(enrollment.taken) >= MOST_PICTURES:
                 raise Problem(409, f"{MOST_PICTURES} pictures are enough; say who you are.")
-            camera, snapshot = self._robot.profile.camera, self._newest_snapshot
-            job = JudgePicture(picture, enrollment.background, enrollment.person_images)
-            if own and camera is not None and snapshot is not None:
-                job = msgspec.structs.replace(job, camera=camera, legs_m=legs_seen(snapshot))
-            enrollment.take(await self._asked(enrollment, job))
+            snapshot, known = self._newest_snapshot, (enrollment.background, enrollment.person_images)
+            gauge = (self._robot.profile.camera, legs_seen(snapshot)) if own and snapshot is not None else (None, [])
+            enrollment.take(await self._asked(enrollment, PeopleWorker.judge(picture, *known, *gauge)))
 
     async def capture(self, enrollment: EnrollmentSession, what: str) -> None:
         """The same with the newest picture of the robot's own camera. Raises BadInput, Problem 409, 503."""
@@ -203,7 +201,7 @@ class EnrollmentService(Part):
         if len(enrollment.taken) < MIN_PICTURES:
             raise Refused(f"I need at least {MIN_PICTURES} good pictures with different gestures; take more.")
         async with self._looks.taken():
-            learnt = await self._asked(enrollment, LearnPerson(name, enrollment.person_images))
+            learnt = await self._asked(enrollment, PeopleWorker.learn(name, enrollment.person_images))
         async with self._turn:
             self.find(enrollment.id)
             self._free(name)

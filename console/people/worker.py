@@ -1,6 +1,4 @@
-"""The worker that looks at pictures of people, its jobs and its answers: strangers' pictures are decoded here and
-nowhere else.
-"""
+"""The worker that looks at pictures of people: strangers' pictures are decoded here and nowhere else."""
 
 from dataclasses import replace
 
@@ -8,7 +6,7 @@ import cv2
 import msgspec
 import numpy as np
 
-from console.workers.job import Job
+from console.workers.job import job
 from console.workers.pictures import decode_upload, in_colour, jpeg
 from core.errors import BadInput
 from core.message import Array
@@ -59,32 +57,6 @@ class SeenPerson(msgspec.Struct, frozen=True):
     person_image: PersonImage | None
 
 
-class ReadBackground(Job[SeenBackground], frozen=True):
-    """Look at a picture without anybody. Raises BadInput."""
-
-    picture: PersonPicture
-
-
-class JudgePicture(Job[SeenPerson], frozen=True):
-    """Look at a picture of a person, with the background and what was learnt of them already.
-
-    Raises BadInput where it cannot be looked at.
-    """
-
-    picture: PersonPicture
-    background: Array  # (H, W, 3) uint8
-    taken: list[PersonImage]
-    camera: Camera | None = None  # of a robot, which measures the height as well
-    legs_m: list[tuple[float, float]] = []  # x, y in the robot's frame: where its laser sees what may be legs
-
-
-class LearnPerson(Job[PersonProfile], frozen=True):
-    """Learn a person from all of their pictures. Raises BadInput."""
-
-    name: str
-    taken: list[PersonImage]
-
-
 MAX_SIDE_PX = 640  # side of the pictures that are looked at
 TOO_LIKE = "This is too like a picture that I have; take another gesture."
 
@@ -95,22 +67,37 @@ class PeopleWorker:
     def __init__(self) -> None:
         self._networks: PoseDetector | None = None
 
-    def background(self, job: ReadBackground) -> SeenBackground:
-        pixels = pixels_of(job.picture)
+    @job
+    def background(self, picture: PersonPicture) -> SeenBackground:
+        """Look at a picture without anybody. Raises BadInput."""
+        pixels = pixels_of(picture)
         check_light(pixels)
         return SeenBackground(size_of(pixels), jpeg(pixels), pixels)
 
-    def judge(self, job: JudgePicture) -> SeenPerson:
-        pixels, empty = pixels_of(job.picture), job.background
-        size, picture = size_of(pixels), jpeg(pixels)
+    @job
+    def judge(
+        self,
+        picture: PersonPicture,
+        background: Array,
+        taken: list[PersonImage],
+        camera: Camera | None,
+        legs_m: list[tuple[float, float]],
+    ) -> SeenPerson:
+        """Look at a picture of a person, with the background (H, W, 3) uint8 and what was learnt of them already.
+
+        `camera`: of a robot, which measures the height as well; `legs_m`: x, y in the robot's frame, where its laser
+        sees what may be legs. Raises BadInput where it cannot be looked at.
+        """
+        pixels = pixels_of(picture)
+        size, shown = size_of(pixels), jpeg(pixels)
         try:
-            found = person_image(pixels, empty, self._landmarks, gauge_of(job, pixels))
+            found = person_image(pixels, background, self._landmarks, gauge_of(camera, legs_m, pixels))
         except BadInput as wrong:
-            return SeenPerson(size, picture, str(wrong), outline_of(pixels, empty), None)
+            return SeenPerson(size, shown, str(wrong), outline_of(pixels, background), None)
         outline = found.outline.tolist()
-        if any(too_like(found, each) for each in job.taken):
-            return SeenPerson(size, picture, TOO_LIKE, outline, None)
-        return SeenPerson(size, picture, "", outline, found)
+        if any(too_like(found, each) for each in taken):
+            return SeenPerson(size, shown, TOO_LIKE, outline, None)
+        return SeenPerson(size, shown, "", outline, found)
 
     def _landmarks(self, pixels: Array, box: Box) -> Appearance | None:
         """The looks by the pose networks; None where these are not here, or see nobody."""
@@ -119,8 +106,10 @@ class PeopleWorker:
             self._networks = open_pose(checked_folder(found, MODEL))
         return None if self._networks is None else self._networks.looks_in(pixels, box)
 
-    def learn(self, job: LearnPerson) -> PersonProfile:
-        return learn(job.name, job.taken)
+    @job
+    def learn(self, name: str, taken: list[PersonImage]) -> PersonProfile:
+        """Learn a person from all of their pictures. Raises BadInput."""
+        return learn(name, taken)
 
 
 def pixels_of(picture: PersonPicture) -> Array:
@@ -133,13 +122,12 @@ def pixels_of(picture: PersonPicture) -> Array:
     return pixels if factor >= 1 else cv2.resize(pixels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
 
 
-def gauge_of(job: JudgePicture, pixels: Array) -> HeightGauge | None:
+def gauge_of(camera: Camera | None, legs_m: list[tuple[float, float]], pixels: Array) -> HeightGauge | None:
     """Return the gauge for the height in a robot's picture (H, W, 3); None: another camera took it."""
-    if job.camera is None:
+    if camera is None:
         return None
-    model = job.camera.model
-    camera = replace(job.camera, model=model.scaled(pixels.shape[1] / model.width))
-    return HeightGauge(camera=camera, standers=tuple(stander_at(np.array(place)) for place in job.legs_m))
+    scaled = replace(camera, model=camera.model.scaled(pixels.shape[1] / camera.model.width))
+    return HeightGauge(camera=scaled, standers=tuple(stander_at(np.array(place)) for place in legs_m))
 
 
 def size_of(pixels: Array) -> list[int]:

@@ -21,6 +21,7 @@ from console.part import Part
 from console.recording import work
 from console.recording.moments import MomentBuilder, pickled
 from console.recording.store import BYTES_PER_MB, FILE_BUDGET_S, RecordingStore, bare_name
+from console.recording.work import RecorderWorker
 from console.robot.supervisor import RobotSupervisor
 from console.workers.worker import Worker
 from core.errors import BeckonError, Unwritable
@@ -125,7 +126,7 @@ class RecorderService(Part):
                 if self.running is not None:
                     return
                 self._unfinished = False
-                job = work.RecoverRecordings(str(self._store.folder))
+                job = RecorderWorker.recover(str(self._store.folder))
                 found = await self._worker.ask(job, budget=FILE_BUDGET_S)
         except BeckonError as trouble:
             self._notifications.tell("warning", Statement("recording.unrecovered", trouble=trouble), "recovery")
@@ -250,7 +251,7 @@ class RecorderService(Part):
                 raise Problem(409, RUNS)
             await self._ready()
             name = self._store.fresh_name(wanted)
-            await self._worker.ask(work.BeginRecording(await self._file(name, "", note)), budget=FILE_BUDGET_S)
+            await self._worker.ask(RecorderWorker.begin(await self._file(name, "", note)), budget=FILE_BUDGET_S)
             self._writes = self._worker.starts
             self.running = work.FinishedRecording(
                 name, 0.0, 0, {}, time.time(), complete=False, note=note, robot=self._robot.profile.name
@@ -284,7 +285,7 @@ class RecorderService(Part):
         running, self.running = self.running, None
         try:
             async with self._turn:
-                done = await self._worker.ask(work.FinishRecording(), budget=FILE_BUDGET_S)
+                done = await self._worker.ask(RecorderWorker.finish(), budget=FILE_BUDGET_S)
         except BeckonError:
             self._unfinished = True
             self._wake.set()
@@ -305,7 +306,7 @@ class RecorderService(Part):
         async with self._turn, self._store.naming:
             await self._ready()
             self.kept = name = self._store.fresh_name("")
-            job = work.KeepRing(await self._file(name, cause, ""), seconds)
+            job = RecorderWorker.keep(await self._file(name, cause, ""), seconds)
             kept = await self._worker.ask(job, budget=FILE_BUDGET_S)
         self._store.revision += 1
         if who is not None:
@@ -325,7 +326,7 @@ class RecorderService(Part):
             async with self._turn:
                 await self._ready()
                 packed = await asyncio.to_thread(pickled, moments)
-                written = await self._worker.ask(work.RecordMoments(packed), budget=BATCH_BUDGET_S)
+                written = await self._worker.ask(RecorderWorker.record(packed), budget=BATCH_BUDGET_S)
         except BeckonError as trouble:
             self._lost(str(trouble))
             return
@@ -348,10 +349,10 @@ class RecorderService(Part):
             return
         profile = self._robot.profile
         built, calibrated = profile_to_json(profile), profile_to_json(self._calibrated or profile)
-        await self._worker.ask(work.DescribeRobot(built, calibrated, self.ring_limit_s), budget=FILE_BUDGET_S)
+        await self._worker.ask(RecorderWorker.describe(built, calibrated, self.ring_limit_s), budget=FILE_BUDGET_S)
         self._described = self._worker.starts
         if self.foxglove_port:
-            job = work.ServeFoxglove(self.foxglove_port, f"Beckon: {profile.name}")
+            job = RecorderWorker.serve(self.foxglove_port, f"Beckon: {profile.name}")
             try:
                 await self._worker.ask(job, budget=FILE_BUDGET_S)
             except BeckonError as trouble:

@@ -18,6 +18,7 @@ from console.control.notices import Notifications
 from console.http.problems import Problem
 from console.part import Part
 from console.recording import work
+from console.recording.work import RecorderWorker
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, BeckonError
 from core.files import replacing, saving, write_atomic
@@ -96,7 +97,7 @@ class RecordingStore(Part):
         if known is not None:
             return known
         try:  # in a process: what a stranger wrote may break its reader
-            read = await self._worker.ask(work.ReadRecording(str(path)), budget=FILE_BUDGET_S)
+            read = await self._worker.ask(RecorderWorker.read(str(path)), budget=FILE_BUDGET_S)
         except BeckonError as trouble:
             unread = work.with_cause(Statement("recording.unread", trouble=trouble))
             read = work.FinishedRecording(name, 0.0, size, {}, changed, **unread)
@@ -147,7 +148,7 @@ class RecordingStore(Part):
 
     async def picture(self, name: str) -> bytes:
         """A small picture of a finished recording, as a JPEG. Raises Problem 404 where it has none."""
-        job = work.PictureRecording(str(await asyncio.to_thread(self.file, name)))
+        job = RecorderWorker.picture(str(await asyncio.to_thread(self.file, name)))
         picture = await self._worker.ask(job, budget=FILE_BUDGET_S)
         if not picture:
             raise Problem(404, Statement("recording.no_picture"))
@@ -155,7 +156,7 @@ class RecordingStore(Part):
 
     async def film(self, path: Path, begin_s: float, end_s: float, form: FilmForm) -> bytes:
         """A film of a part of a finished recording. Raises BadInput, Unavailable."""
-        return await self._worker.ask(work.FilmRecording(str(path), begin_s, end_s, form), budget=FILE_BUDGET_S)
+        return await self._worker.ask(RecorderWorker.film(str(path), begin_s, end_s, form), budget=FILE_BUDGET_S)
 
     async def cut(self, path: Path, begin_s: float, end_s: float, who: Person) -> work.FinishedRecording:
         """Save a part of a finished recording as one of its own. Raises BadInput, Unwritable."""
@@ -163,7 +164,7 @@ class RecordingStore(Part):
         place = f" {begin_s:.0f}-{end_s:.0f} s"
         async with self._making:
             fresh = self.fresh_name(NO_NAME.sub("-", path.stem)[: MAX_NAME_LETTERS - len(place)] + place)
-            job = work.CutRecording(str(path), str(self.path(fresh)), begin_s, end_s)
+            job = RecorderWorker.cut(str(path), str(self.path(fresh)), begin_s, end_s)
             done = await self._worker.ask(job, budget=FILE_BUDGET_S)
         await self._keep(done.name, done.note, who)
         return done
@@ -196,7 +197,7 @@ class RecordingStore(Part):
         async with self._making:
             if not await asyncio.to_thread(path.exists):
                 await self._check_room()
-                await self._worker.ask(work.MakeSample(sample, str(path)), budget=FILE_BUDGET_S)
+                await self._worker.ask(RecorderWorker.sample(sample, str(path)), budget=FILE_BUDGET_S)
                 await self._keep(path.stem, "", who)
         return path.name
 

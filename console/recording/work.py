@@ -24,7 +24,7 @@ import msgspec
 import numpy as np
 from mcap.reader import make_reader
 
-from console.workers.job import Job
+from console.workers.job import job
 from console.workers.pictures import jpeg
 from core.errors import Refused, Unwritable
 from core.gate.status import GateStatus
@@ -101,21 +101,6 @@ def with_cause(cause: str) -> dict[str, Any]:
     return {"cause": cause, **code_of(cause)._asdict()}
 
 
-class DescribeRobot(Job[None], frozen=True):
-    """The sensors whose readings come, before the first of them."""
-
-    built: bytes  # its profile, JSON
-    used: bytes  # the same as calibrated until now
-    ring_s: float  # [s] that are kept in memory
-
-
-class ServeFoxglove(Job[None], frozen=True):
-    """Send everything that comes to Foxglove's clients, too; sent after the description of the robot."""
-
-    port: int
-    name: str
-
-
 class NewFile(msgspec.Struct, frozen=True):
     path: str
     described: dict[str, str]
@@ -132,64 +117,6 @@ class NewFile(msgspec.Struct, frozen=True):
             recording.discard()
             raise
         return recording
-
-
-class BeginRecording(Job[None], frozen=True):
-    """Write from now on to this file."""
-
-    file: NewFile
-
-
-class RecordMoments(Job[FinishedRecording | None], frozen=True):
-    """Take these; answered at once with the file as far as it is written by then, None where none is."""
-
-    moments: list[bytes]  # each a pickled RecordedMoment; it comes from our own console
-
-
-class FinishRecording(Job[FinishedRecording], frozen=True):
-    """Write no more."""
-
-
-class KeepRing(Job[FinishedRecording], frozen=True):
-    """Write what is in memory to a file of its own."""
-
-    file: NewFile
-    seconds: float
-
-
-class RecoverRecordings(Job[list[FinishedRecording]], frozen=True):
-    """Finish the files that a process left behind; one that a process still writes is answered as not complete."""
-
-    folder: str
-
-
-class ReadRecording(Job[FinishedRecording], frozen=True):
-    path: str
-
-
-class PictureRecording(Job[bytes], frozen=True):
-    """Take a small picture out of the middle of one file."""
-
-    path: str
-
-
-class CutRecording(Job[FinishedRecording], frozen=True):
-    path: str
-    target: str
-    begin_s: float
-    end_s: float
-
-
-class FilmRecording(Job[bytes], frozen=True):
-    path: str
-    begin_s: float
-    end_s: float
-    form: FilmForm
-
-
-class MakeSample(Job[FinishedRecording], frozen=True):
-    sample: str
-    target: str
 
 
 class RecorderWorker:
@@ -211,29 +138,35 @@ class RecorderWorker:
         threading.Thread(target=self._write, name="recorder", daemon=True).start()
         atexit.register(self._leave)
 
-    def describe(self, job: DescribeRobot) -> None:
-        """Another robot, or the first."""
-        profile = profile_from_json(job.built)
-        self._encoder, self._ring_s = RosEncoder(profile.lasers, profile.cameras), job.ring_s
+    @job
+    def describe(self, built: bytes, used: bytes, ring_s: float) -> None:
+        """Another robot, or the first: its profile as built and as calibrated until now, JSON; [s] kept in memory."""
+        profile = profile_from_json(built)
+        self._encoder, self._ring_s = RosEncoder(profile.lasers, profile.cameras), ring_s
         self._ring.clear()
-        self._robot = RobotRecord(msgspec.Raw(job.built), msgspec.Raw(job.used))
+        self._robot = RobotRecord(msgspec.Raw(built), msgspec.Raw(used))
         fixed = (*self._encoder.fixed(0.0), self._encoder.robot(0.0, self._robot))
         self._latched = {one.topic: one for one in fixed}
         self._before = dict(self._latched)
 
-    def serve(self, job: ServeFoxglove) -> None:
-        """Open a server. Raises Unavailable."""
-        self._foxglove = self._foxglove or FoxgloveServer(job.port, job.name, self._encoder.topics())
+    @job
+    def serve(self, port: int, name: str) -> None:
+        """Send everything that comes to Foxglove's clients, too; after `describe`. Raises Unavailable."""
+        self._foxglove = self._foxglove or FoxgloveServer(port, name, self._encoder.topics())
         self._foxglove.publish(self._latched.values(), time.time())
 
-    def begin(self, job: BeginRecording) -> None:
-        """Open a file. Raises Unwritable."""
+    @job
+    def begin(self, file: NewFile) -> None:
+        """Write from now on to this file. Raises Unwritable."""
         self._settle()
-        self._recording = job.file.opened()
+        self._recording = file.opened()
 
-    def record(self, job: RecordMoments) -> FinishedRecording | None:
-        """Take what came. Raises Unwritable for what came before; then the file is finished as far as it goes."""
-        self._waiting.put(job.moments)
+    @job
+    def record(self, moments: list[bytes]) -> FinishedRecording | None:
+        """Take these, each a pickled RecordedMoment of our own console → at once the file as far as written, None
+        where none is. Raises Unwritable for what came before; then the file is finished as far as it goes.
+        """
+        self._waiting.put(moments)
         self._complain()
         return self._written
 
@@ -300,7 +233,8 @@ class RecorderWorker:
         for topic, content in moment.texts:
             yield encoder.text(topic, frame.stamp, content)
 
-    def finish(self, job: FinishRecording) -> FinishedRecording:
+    @job
+    def finish(self) -> FinishedRecording:
         """Close the file. Raises Refused, Unwritable."""
         self._settle()
         recording, self._recording, self._written = self._recording, None, None
@@ -308,16 +242,17 @@ class RecorderWorker:
             raise Refused(Statement("recording.nothing_runs"))
         return FinishedRecording.of(recording.finish())
 
-    def keep(self, job: KeepRing) -> FinishedRecording:
-        """Write the ring. Raises Refused, Unwritable."""
+    @job
+    def keep(self, file: NewFile, seconds: float) -> FinishedRecording:
+        """Write what is in memory to a file of its own. Raises Refused, Unwritable."""
         self._waiting.join()
         if not self._ring:
             raise Refused("There is nothing to keep yet: the recorder has just begun to listen.")
-        since = self._ring[-1][0] - job.seconds
+        since = self._ring[-1][0] - seconds
         kept = [(self._unix_from_monotonic + at, one) for at, one in self._ring if at >= since]
         earlier = (one for at, one in self._ring if at < since and one.topic in LATCHED_TOPICS)
         begun = self._before | {one.topic: one for one in earlier}
-        recording = job.file.opened()
+        recording = file.opened()
         try:
             recording.add(begun.values(), kept[0][0])
             for logged, one in kept:
@@ -327,10 +262,11 @@ class RecorderWorker:
             recording.discard()  # the ring is still there
             raise
 
-    def recover(self, job: RecoverRecordings) -> list[FinishedRecording]:
-        """Finish what was left behind. Raises Unwritable."""
+    @job
+    def recover(self, folder: str) -> list[FinishedRecording]:
+        """Finish what a process left behind; what one still writes is answered as not complete. Raises Unwritable."""
         found: list[FinishedRecording] = []
-        for part in sorted(Path(job.folder).glob(f"*.mcap{PART}")):
+        for part in sorted(Path(folder).glob(f"*.mcap{PART}")):
             try:
                 whole = recovered(part, cause_facts(RECOVERED))
             except Refused:  # still written
@@ -339,14 +275,15 @@ class RecorderWorker:
                 found += [] if whole is None else [FinishedRecording.of(whole, RECOVERED)]
         return found
 
-    def read(self, job: ReadRecording) -> FinishedRecording:
+    @job
+    def read(self, file: str) -> FinishedRecording:
         """Look at a file's summary; one that has none is shown as not complete."""
-        path = Path(job.path)
+        path = Path(file)
         size = path.stat().st_size
         described, said = dict[str, str](), SentenceCode()
         try:
-            with path.open("rb") as file:
-                reader = make_reader(file)
+            with path.open("rb") as opened:
+                reader = make_reader(opened)
                 summary = reader.get_summary()
                 for one in reader.iter_metadata():  # of a recovered one the last says so
                     described |= one.metadata if one.name == DESCRIPTION else {}
@@ -371,9 +308,10 @@ class RecorderWorker:
             robot=described.get("robot", ""),
         )
 
-    def picture(self, job: PictureRecording) -> bytes:
+    @job
+    def picture(self, path: str) -> bytes:
         """The camera's picture of the middle of the drive, as a JPEG; empty where there is none."""
-        with contextlib.suppress(OSError, cv2.error, *BROKEN_RECORD), Path(job.path).open("rb") as file:
+        with contextlib.suppress(OSError, cv2.error, *BROKEN_RECORD), Path(path).open("rb") as file:
             reader = make_reader(file)
             summary = reader.get_summary()
             counted = None if summary is None else summary.statistics
@@ -389,18 +327,21 @@ class RecorderWorker:
                     return b"" if pixels is None else jpeg(pixels, PICTURE_SIDE_PX, PICTURE_QUALITY)
         return b""
 
-    def sample(self, job: MakeSample) -> FinishedRecording:
+    @job
+    def sample(self, sample: str, target: str) -> FinishedRecording:
         """Drive and record. Raises Unwritable."""
-        return FinishedRecording.of(record_sample(job.sample, Path(job.target)))
+        return FinishedRecording.of(record_sample(sample, Path(target)))
 
-    def cut(self, job: CutRecording) -> FinishedRecording:
+    @job
+    def cut(self, path: str, target: str, begin_s: float, end_s: float) -> FinishedRecording:
         """Write a part to a file of its own. Raises BadInput, Unwritable."""
-        written = FinishedRecording.of(write_excerpt(Path(job.path), Path(job.target), job.begin_s, job.end_s))
-        return msgspec.structs.replace(written, note=self.read(ReadRecording(job.target)).note)
+        written = FinishedRecording.of(write_excerpt(Path(path), Path(target), begin_s, end_s))
+        return msgspec.structs.replace(written, note=self.read(target).note)
 
-    def film(self, job: FilmRecording) -> bytes:
+    @job
+    def film(self, path: str, begin_s: float, end_s: float, form: FilmForm) -> bytes:
         """The map and the camera of a part, as an animated picture. Raises BadInput, Unavailable."""
-        return film_of(Path(job.path), job.begin_s, job.end_s, job.form)
+        return film_of(Path(path), begin_s, end_s, form)
 
     def _leave(self) -> None:
         self._waiting.join()

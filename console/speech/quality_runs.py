@@ -12,7 +12,7 @@ import msgspec
 from console.access.logins import Person
 from console.messages import filled
 from console.run_store import RunState, RunStore, StoredRun
-from console.speech.quality_jobs import BeginQuality, ListenClose, MeasureQuality, QualityRow, QualitySetup
+from console.speech.quality_worker import QualityRow, QualitySetup, QualityWorker
 from console.workers.worker import Worker, WorkerLost
 from core.errors import Unavailable
 from core.simulation.settings import MicrophoneSettings
@@ -95,16 +95,16 @@ class QualityRuns(RunStore[QualityRun]):
 
     async def _measure(self, run: QualityRun) -> None:
         known = {one.name: getattr(self.microphones, one.name) for one in fields(MicrophoneSettings)}
-        job = BeginQuality(run.setup, MicrophoneSettings(**known), self.speech)
+        job = QualityWorker.begin(run.setup, MicrophoneSettings(**known), self.speech)
         answer = await self._worker.ask(job, budget=PLACE_BUDGET_S)
         run.voice, run.rows, run.pages = answer.voice, answer.places, [""] * len(answer.places)
         run.doing = "The text, close to the mouth…"
-        await self._worker.ask(ListenClose(), budget=PLACE_BUDGET_S)
+        await self._worker.ask(QualityWorker.listen_close(), budget=PLACE_BUDGET_S)
         for number, row in enumerate(run.rows):
             run.progress = (number + 1) / (len(run.rows) + 1)
             run.doing = f"{row.distance_m:g} m away, {row.snr_db:g} dB over the noise…"
             if not row.refused:
-                measured = await self._worker.ask(MeasureQuality(number), budget=PLACE_BUDGET_S)
+                measured = await self._worker.ask(QualityWorker.measure(number), budget=PLACE_BUDGET_S)
                 run.rows[number], run.pages[number] = measured.row, measured.page
                 await self.keep(run)
         run.progress = 1.0

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar, ReadUtterance
+from console.speech.transcription_worker import ReadUtterance, TranscriptionWorker
 from console.workers.worker import Worker
 from core.commands.routes import START_ROUTE
 from core.commands.stop_at import command_to
@@ -62,7 +62,7 @@ class TranscriptionClient(Worker):
         if speaker != self._speaker:
             self._rejected.clear()
         self._speaker, self._partial_from = speaker, 0.0
-        job = BeginListening(settings, held, array, speaker, self._places)
+        job = TranscriptionWorker.begin(settings, held, array, speaker, self._places)
         self._places_sent = True
         self.engine = await self.ask(job, budget=BUDGET_S)
         self._begun = self.starts
@@ -73,10 +73,12 @@ class TranscriptionClient(Worker):
         """
         raw = np.ascontiguousarray(samples, np.float32).tobytes()
         now = time.monotonic()
-        rejected = [(words, now - then) for words, then in self._rejected]
+        rejected = tuple((words, now - then) for words, then in self._rejected)
         self._rejected.clear()
         channels = samples[0].size if len(samples) else 1
-        job = HearSound(raw, rate, stamp, channels, rejected, None if self._places_sent else self._places)
+        job = TranscriptionWorker.hear(
+            raw, rate, stamp, channels, rejected, None if self._places_sent else self._places
+        )
         self._places_sent = True
         return received(await self.ask(job, budget=BUDGET_S), self._places)
 
@@ -91,14 +93,14 @@ class TranscriptionClient(Worker):
         begun = time.monotonic()
         if begun < self._partial_from:
             return ""
-        words = (await self.ask(ReadSoFar(), budget=BUDGET_S))[:MAX_SENTENCE_CHARACTERS]
+        words = (await self.ask(TranscriptionWorker.read_so_far(), budget=BUDGET_S))[:MAX_SENTENCE_CHARACTERS]
         now = time.monotonic()
         self._partial_from = now + max(PARTIAL_PERIOD_S, PARTIAL_REST * (now - begun))
         return words
 
     async def finish(self) -> list[RecognizedUtterance]:
         """End the sound → the utterances that became known with that."""
-        return received(await self.ask(FinishListening(), budget=BUDGET_S), self._places)
+        return received(await self.ask(TranscriptionWorker.finish(), budget=BUDGET_S), self._places)
 
 
 def received(heard: Iterable[ReadUtterance], places: Iterable[NamedPlace] = ()) -> list[RecognizedUtterance]:

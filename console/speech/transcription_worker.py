@@ -3,13 +3,14 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 
-from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar, ReadUtterance
+from console.workers.job import job
 from core.heap import Rests, give_back
 from core.navigation.places import NamedPlace
-from core.sensors.microphones import Sound
-from core.sentences import code_of
+from core.sensors.microphones import MicrophoneArray, Sound
+from core.sentences import SentenceCode, code_of
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import ActiveEngine, chosen, open_engine, open_keyword_spotter
 from core.speech.recognition.recognizer import KeywordSpotter, LearnsPhrases, at_16_khz
@@ -20,6 +21,13 @@ from core.speech.understanding.own_phrases import own_phrases
 from core.speech.understanding.place_names import place_phrases
 
 NAMES_NEED_WHISPER = "The names of places are not heard: they need Whisper."
+
+
+class ReadUtterance(msgspec.Struct, frozen=True):
+    """An utterance on its way, with the code of why it is rejected."""
+
+    utterance: RecognizedUtterance
+    reason: SentenceCode
 
 
 class TranscriptionWorker:
@@ -33,33 +41,44 @@ class TranscriptionWorker:
         self._speaker = 0
         self._rejected = RejectedCommands()  # of this speaker's, by whichever transcriber heard it
 
-    def begin(self, job: BeginListening) -> str:
-        if job.speaker != self._speaker:
-            self._speaker, self._rejected = job.speaker, RejectedCommands()
+    @job
+    def begin(
+        self,
+        settings: SpeechSettings,
+        held: bool = False,
+        array: MicrophoneArray | None = None,
+        speaker: int = 0,
+        places: tuple[NamedPlace, ...] = (),
+    ) -> str:
+        """Listen again with the engine that the settings name → which engine reads the words, and why, in a sentence.
+
+        `held`: everything up to `finish` is one utterance. With an array the sound has a channel for each of its
+        microphones, and the beam towards the voice is read; it listens all the time, so `held` says nothing there.
+        What was rejected is forgotten when another `speaker` begins. `places` are heard by their names. Raises
+        Unavailable and BadInput with a sentence.
+        """
+        if speaker != self._speaker:
+            self._speaker, self._rejected = speaker, RejectedCommands()
         known = self._engine  # a model may have been fetched since
-        if known is None or known[0] != job.settings or known[1].spec is not chosen(job.settings):
-            opened = open_engine(job.settings)
-            self._spotter = open_keyword_spotter(job.settings, opened.recognizer)
-            self._engine = known = job.settings, opened
+        if known is None or known[0] != settings or known[1].spec is not chosen(settings):
+            opened = open_engine(settings)
+            self._spotter = open_keyword_spotter(settings, opened.recognizer)
+            self._engine = known = settings, opened
             self._places = ()
             give_back()
         engine = known[1]
-        self._learn(job.places)
-        if job.array is None:
+        self._learn(places)
+        if array is None:
             self._transcriber = Transcriber(
-                job.settings,
-                held=job.held,
-                recognizer=engine.recognizer,
-                spotter=self._spotter,
-                rejected=self._rejected,
+                settings, held=held, recognizer=engine.recognizer, spotter=self._spotter, rejected=self._rejected
             )
         else:
-            channels = tuple(range(len(job.array.positions)))
-            in_order = replace(job.array, channels=channels, rate=None)
+            channels = tuple(range(len(array.positions)))
+            in_order = replace(array, channels=channels, rate=None)
             self._transcriber = ArrayTranscriber(
-                in_order, job.settings, recognizer=engine.recognizer, spotter=self._spotter, rejected=self._rejected
+                in_order, settings, recognizer=engine.recognizer, spotter=self._spotter, rejected=self._rejected
             )
-        unheard = job.places and not isinstance(engine.recognizer, LearnsPhrases)
+        unheard = places and not isinstance(engine.recognizer, LearnsPhrases)
         return f"{engine.why} {NAMES_NEED_WHISPER}" if unheard else engine.why
 
     def _learn(self, places: tuple[NamedPlace, ...]) -> None:
@@ -71,17 +90,34 @@ class TranscriptionWorker:
             engine.recognizer.learn((*own_phrases(settings.phrases), *place_phrases(places)))
         self._places = places
 
-    def hear(self, job: HearSound) -> list[ReadUtterance]:
+    @job
+    def hear(
+        self,
+        samples: bytes,
+        rate: int,
+        stamp: float,
+        channels: int = 1,
+        rejected: tuple[tuple[str, float], ...] = (),
+        places: tuple[NamedPlace, ...] | None = None,
+    ) -> list[ReadUtterance]:
+        """The next sound, in the order in which it was heard → the utterances known with it.
+
+        `samples`: 32-bit numbers, channel by channel of each moment, at `rate` [Hz], the first at `stamp` [s];
+        `rejected`: commands understood and then rejected, and how long [s] before the end; `places` are heard by
+        their names from now on, None: those of before.
+        """
         assert self._transcriber is not None
-        if job.places is not None:
-            self._learn(job.places)
-        numbers = np.frombuffer(job.samples, np.float32).astype(float).reshape(-1, job.channels)
-        sound = at_16_khz(Sound(stamp=job.stamp, rate=job.rate, samples=numbers))
-        for words, ago in job.rejected:
-            self._rejected.reject(words, job.stamp + sound.duration - ago)
+        if places is not None:
+            self._learn(places)
+        numbers = np.frombuffer(samples, np.float32).astype(float).reshape(-1, channels)
+        sound = at_16_khz(Sound(stamp=stamp, rate=rate, samples=numbers))
+        for words, ago in rejected:
+            self._rejected.reject(words, stamp + sound.duration - ago)
         return _packed(self._transcriber.feed(sound))
 
-    def read_so_far(self, _: ReadSoFar) -> str:
+    @job
+    def read_so_far(self) -> str:
+        """The words of the sentence under way, as far as it goes; "" where none are known."""
         assert self._transcriber is not None
         return self._transcriber.words_so_far()
 
@@ -90,7 +126,9 @@ class TranscriptionWorker:
         if self._engine is not None and isinstance(self._engine[1].recognizer, Rests):
             self._engine[1].recognizer.rest()
 
-    def finish(self, _: FinishListening) -> list[ReadUtterance]:
+    @job
+    def finish(self) -> list[ReadUtterance]:
+        """End the sound → the utterances that became known with that."""
         assert self._transcriber is not None
         return _packed(self._transcriber.finish())
 

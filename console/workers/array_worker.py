@@ -1,33 +1,24 @@
 """The worker that looks at an array's sound: is it wired as its profile says, and where did a clap come from?"""
 
-from console.workers.job import Job
+from console.workers.job import job
 from core.perception.sound.array_diagnostics import ArrayFault, check
 from core.perception.sound.array_orientation import Clap, heard_from
 from core.sensors.microphones import MicrophoneArray, Sound
 
 
-class CheckArray(Job[tuple[ArrayFault, ...]], frozen=True):
-    """A recording with some speech in it → everything that looks wrong. Raises BadInput."""
-
-    sound: Sound
-    array: MicrophoneArray
-
-
-class FindClap(Job[Clap], frozen=True):
-    """A recording with a clap or a word in it, which was `asked` for [rad, robot frame]. Raises BadInput."""
-
-    sound: Sound
-    array: MicrophoneArray
-    asked: float
-
-
 class ArrayWorker:
     """Remembers nothing from one recording to the next."""
 
-    def check(self, job: CheckArray) -> tuple[ArrayFault, ...]:
-        """Look for channels that are identical, dead, faint, swapped or clipped."""
-        return check(job.sound, job.array)
+    @job
+    def check(self, sound: Sound, array: MicrophoneArray) -> tuple[ArrayFault, ...]:
+        """A recording with some speech in it → channels that are identical, dead, faint, swapped or clipped.
 
-    def find_clap(self, job: FindClap) -> Clap:
-        found = heard_from(job.sound, job.array)
-        return Clap(asked=job.asked, heard=found.azimuth, sd=found.azimuth_sd)
+        Raises BadInput.
+        """
+        return check(sound, array)
+
+    @job
+    def find_clap(self, sound: Sound, array: MicrophoneArray, asked: float) -> Clap:
+        """A recording with a clap or a word, `asked` for at [rad, robot frame] → where it was. Raises BadInput."""
+        found = heard_from(sound, array)
+        return Clap(asked=asked, heard=found.azimuth, sd=found.azimuth_sd)

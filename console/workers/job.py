@@ -1,10 +1,23 @@
-"""Messages between the console and its workers: jobs, each with the type of its answer, and what comes back."""
+"""Jobs: methods of workers that the console may call, and what crosses the pipe for them."""
 
 import struct
-from collections.abc import Callable, Iterator
-from functools import cache
-from inspect import getmembers, isfunction
-from typing import Annotated, Any, Generic, Literal, TypeVar, get_args, get_origin, get_type_hints
+from collections.abc import Callable
+from functools import cache, cached_property, partial
+from inspect import signature
+from typing import (
+    Annotated,
+    Any,
+    ClassVar,
+    Concatenate,
+    Generic,
+    Literal,
+    ParamSpec,
+    TypeVar,
+    get_args,
+    get_origin,
+    get_type_hints,
+    overload,
+)
 
 import msgspec
 import numpy as np
@@ -18,14 +31,47 @@ LENGTH = struct.Struct("<I")
 ArrayKind = Annotated[str, msgspec.Meta(pattern="^[<|][biuf][1248]$")]  # numbers as NumPy names them
 Axes = Annotated[tuple[Annotated[int, msgspec.Meta(ge=0)], ...], msgspec.Meta(max_length=4)]
 
+P = ParamSpec("P")
 Answer = TypeVar("Answer")
 Content = TypeVar("Content")
 ErrorName = Literal["BadInput", "BadSettings", "Refused", "Unavailable", "Unwritable", "BeckonError"]
-Handler = tuple[type["Job[Any]"], Callable[[Any], object]]
 
 
-class Job(msgspec.Struct, Generic[Answer], frozen=True, tag=True):
-    """Base of all jobs: `class FindBoard(Job[FoundBoard], frozen=True)` is answered by a FoundBoard."""
+class Job(msgspec.Struct, Generic[Answer], frozen=True):
+    """The arguments of a call on their way to a worker."""
+
+    work: ClassVar[Callable[..., Any]]
+    answer: ClassVar[Any]  # its type
+
+
+class job(Generic[P, Answer]):
+    """Mark a worker's method as one that the console may call: its annotated arguments and its result cross.
+
+    Called on a worker it does the work, called on the worker's class it makes the Job to be sent there:
+    `await worker.ask(RecorderWorker.cut(path, target, 0.0, 10.0), budget=60.0)`.
+    """
+
+    def __init__(self, work: Callable[Concatenate[Any, P], Answer]) -> None:
+        self._work = work
+        self.__isabstractmethod__ = getattr(work, "__isabstractmethod__", False)
+
+    @overload
+    def __get__(self, worker: None, owner: type) -> Callable[P, Job[Answer]]: ...
+    @overload
+    def __get__(self, worker: object, owner: type) -> Callable[P, Answer]: ...
+    def __get__(self, worker: object | None, owner: type) -> Callable[P, Any]:
+        return self.kind if worker is None else partial(self._work, worker)  # pyright: ignore
+
+    @cached_property
+    def kind(self) -> type[Job[Answer]]:
+        """The message with the arguments of a call."""
+        work, hints = self._work, get_type_hints(self._work, include_extras=True)
+        fields: list[Any] = []
+        for one in (one for one in signature(work).parameters.values() if one.name in hints):
+            fields.append((one.name, hints[one.name], *([] if one.default is one.empty else [one.default])))
+        name, own = work.__name__, {"work": staticmethod(work), "answer": hints["return"]}
+        kind: Any = msgspec.defstruct(name, fields, bases=(Job,), namespace=own, tag=name, frozen=True)
+        return kind
 
 
 class JobRequest(msgspec.Struct, Generic[Content], frozen=True):
@@ -46,25 +92,9 @@ class JobFailure(msgspec.Struct, frozen=True, tag="failure"):
     said: SentenceCode = SentenceCode()
 
 
-def handlers_of(worker: object) -> Iterator[Handler]:
-    """A worker's table: each public method whose argument is annotated with a kind of job does that job."""
-    for name, work in getmembers(type(worker), isfunction):
-        if name.startswith("_"):
-            continue
-        for argument, given in get_type_hints(work).items():
-            for kind in get_args(given) or (given,):
-                if argument != "return" and isinstance(kind, type) and issubclass(kind, Job):
-                    yield kind, getattr(worker, name)
-
-
-def answer_type(kind: type[Job[Any]]) -> Any:
-    bases = (base for each in kind.__mro__ for base in each.__dict__.get("__orig_bases__", ()))
-    return get_args(next(base for base in bases if get_origin(base) is Job))[0]
-
-
 @cache
 def answer_decoder(kind: type[Job[Answer]]) -> msgspec.msgpack.Decoder[JobResult[Answer] | JobFailure]:
-    return decoder(JobResult[answer_type(kind)] | JobFailure)
+    return decoder(JobResult[kind.answer] | JobFailure)
 
 
 def error_name(error: BeckonError) -> ErrorName:

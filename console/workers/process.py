@@ -15,23 +15,15 @@ import signal
 import socket
 import sys
 from importlib import import_module
+from inspect import getmembers_static
 from pathlib import Path
 from traceback import format_exception
 from typing import Any, Union
 
 import msgspec
+from msgspec import structs
 
-from console.workers.job import (
-    LENGTH,
-    Job,
-    JobFailure,
-    JobRequest,
-    JobResult,
-    decoder,
-    error_name,
-    handlers_of,
-    packed,
-)
+from console.workers.job import LENGTH, Job, JobFailure, JobRequest, JobResult, decoder, error_name, job, packed
 from core.errors import BeckonError
 from core.gate.scheduling import stand_back
 from core.heap import Rests, give_back
@@ -98,8 +90,8 @@ def restrain() -> None:
 class JobTable:
     def __init__(self, worker: object) -> None:
         self._worker = worker
-        self._handlers = dict(handlers_of(worker))
-        every: Any = Union[tuple(self._handlers)]  # noqa: UP007
+        kinds = (each.kind for _, each in getmembers_static(type(worker)) if isinstance(each, job))
+        every: Any = Union[tuple(kinds)]  # noqa: UP007
         self._decoder: msgspec.msgpack.Decoder[JobRequest[Job[Any]]] = decoder(JobRequest[every])
 
     def rest(self) -> None:
@@ -113,7 +105,7 @@ class JobTable:
         try:
             request = self._decoder.decode(raw)
             signal.setitimer(signal.ITIMER_PROF, request.budget)  # of processor time; the signal's default is the end
-            return packed(JobResult(self._handlers[type(request.job)](request.job)))
+            return packed(JobResult(request.job.work(self._worker, **structs.asdict(request.job))))
         except BeckonError as error:
             return packed(JobFailure(error_name(error), str(error), said=code_of(str(error))))
         except MemoryError:

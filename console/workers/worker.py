@@ -80,9 +80,8 @@ class Worker:
         """
         async with self._turn:
             await self._ready()
-            answer = await self._converse(
-                packed(JobRequest(job, budget)), CLOCK_BUDGET_RATIO * budget, answer_decoder(type(job))
-            )
+            request = packed(JobRequest(job, budget))
+            answer = await self._converse(request, CLOCK_BUDGET_RATIO * budget, answer_decoder(type(job)))
         if isinstance(answer, JobFailure):
             if answer.details:
                 log.error("A worker failed: %s", answer.details)

@@ -23,7 +23,6 @@ import numpy as np
 
 from console.messages.audio import AUDIO_HEADER, AUDIO_RATE_HZ, MOST_BYTES
 from console.speech.browser_microphone import TalkTurn
-from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
 from console.speech.transcription_worker import TranscriptionWorker
 from core.errors import BadInput, BeckonError
 from core.geometry import Pose
@@ -155,7 +154,7 @@ def pieces(chance: np.random.Generator, whole: Array, rate: int, usual: float) -
 def spoken(chance: np.random.Generator, *, held: bool) -> Listener:
     """A browser's microphone: its pieces wait for the worker, which reads them."""
     work = worker()
-    work.begin(BeginListening(SpeechSettings(), held=held, speaker=int(chance.integers(3))))
+    work.begin(SpeechSettings(), held=held, speaker=int(chance.integers(3)))
     longest = (MOST_BYTES - AUDIO_HEADER.size) // 2
 
     def hear() -> None:
@@ -167,7 +166,7 @@ def spoken(chance: np.random.Generator, *, held: bool) -> Listener:
             if chance.random() < 0.3:
                 feed_waiting(work, turn)
         feed_waiting(work, turn, empty=chance.random() < 0.3)
-        json.dumps(msgspec.to_builtins(work.finish(FinishListening()), enc_hook=plain), allow_nan=False)
+        json.dumps(msgspec.to_builtins(work.finish(), enc_hook=plain), allow_nan=False)
 
     return hear
 
@@ -176,8 +175,8 @@ def feed_waiting(work: TranscriptionWorker, turn: TalkTurn, *, empty: bool = Fal
     """What waits goes to the worker, as `browser_microphone` sends it; `empty`: even where nothing waits."""
     waiting, start = turn.take()
     if len(waiting) or empty:
-        job = HearSound(waiting.astype(np.float32).tobytes(), AUDIO_RATE_HZ, start)
-        json.dumps(msgspec.to_builtins(work.hear(job), enc_hook=plain), allow_nan=False)
+        heard = work.hear(waiting.astype(np.float32).tobytes(), AUDIO_RATE_HZ, start)
+        json.dumps(msgspec.to_builtins(heard, enc_hook=plain), allow_nan=False)
 
 
 def room(chance: np.random.Generator) -> Listener:
@@ -186,7 +185,7 @@ def room(chance: np.random.Generator) -> Listener:
     beam = array.dimensions >= 2 and chance.random() < 0.8
     count = len(array.positions) if beam else 1
     work = worker()
-    work.begin(BeginListening(SpeechSettings(), array=array if beam else None))
+    work.begin(SpeechSettings(), array=array if beam else None)
 
     def hear() -> None:
         rate = int(chance.choice(RATES))
@@ -194,10 +193,8 @@ def room(chance: np.random.Generator) -> Listener:
         for piece, stamp in pieces(chance, whole, rate, 0.2):
             with np.errstate(over="ignore"):
                 raw = piece.astype(np.float32).tobytes()
-            json.dumps(
-                msgspec.to_builtins(work.hear(HearSound(raw, rate, stamp, count)), enc_hook=plain), allow_nan=False
-            )
-        json.dumps(msgspec.to_builtins(work.finish(FinishListening()), enc_hook=plain), allow_nan=False)
+            json.dumps(msgspec.to_builtins(work.hear(raw, rate, stamp, count), enc_hook=plain), allow_nan=False)
+        json.dumps(msgspec.to_builtins(work.finish(), enc_hook=plain), allow_nan=False)
 
     return hear
 

@@ -1,5 +1,7 @@
 """The camera's mount read from files: static transform commands, URDF joints and 4x4 matrices as JSON."""
 
+from __future__ import annotations
+
 import shlex
 from collections.abc import Sequence
 from typing import Any

@@ -16,9 +16,9 @@ import pytest
 
 from console.broadcast import Broadcaster
 from console.calibration.camera_worker import CameraWorker
-from console.calibration.jobs import DropView, OpenCamera, TakeUpload
 from console.calibration.service import MOST_EXPORTS, MOST_PICTURES, CalibrationService
 from console.calibration.session_store import SessionStore
+from console.calibration.session_worker import SessionWorker
 from console.messages.calibration import CalibrationBoard
 from core.calibration.files.camera_files import parse_camera
 from core.errors import Refused
@@ -61,17 +61,17 @@ def test_a_picture_that_is_no_use_is_refused_in_words(walked: Wizard) -> None:
 
 def test_four_corners_by_hand_count_a_picture_in_which_no_board_is_found() -> None:
     worker = CameraWorker()
-    worker.open(OpenCamera(CalibrationBoard(9, 6, 0.03), b"null", None))
+    worker.open(CalibrationBoard(9, 6, 0.03), b"null", None)
     covered, found = with_a_thumb()
     corners = [(float(u), float(v)) for u, v in found[[45, 0, 53, 8]]]
-    verdicts = [worker.take_upload(TakeUpload(covered, "a", given)).verdict for given in ([], corners)]
+    verdicts = [worker.take_upload(covered, "a", given).verdict for given in ([], corners)]
     assert [one.kind for one in verdicts if one is not None] == ["nothing", "counted"]
 
 
 def test_a_wrong_board_size_is_noticed() -> None:
     worker = CameraWorker()
-    worker.open(OpenCamera(CalibrationBoard(10, 7, 0.03), b"null", None))
-    verdicts = [worker.take_upload(TakeUpload(content, "a")).verdict for content in boards()[:3]]
+    worker.open(CalibrationBoard(10, 7, 0.03), b"null", None)
+    verdicts = [worker.take_upload(content, "a", []).verdict for content in boards()[:3]]
     words = " ".join(verdict.words for verdict in verdicts if verdict is not None)
     assert "9x6 inner corners, not 10x7" in words and "squares instead of inner corners" in words
 
@@ -225,7 +225,7 @@ def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path, monkeypatc
         assert len(bench.sessions) == 1 and damaged.exists()
         report = await bench.accept(session, force=False, who="operator")
         assert report["fx"] == pytest.approx(before["solution"]["fx"]) and bench.active.camera is not None
-        await session.act(DropView(before["views"][0]["name"]))
+        await session.act(SessionWorker.drop(before["views"][0]["name"]))
         assert session.solving_task is not None
         await session.solving_task
         assert session.shown.solution is not None and session.shown.solving is None
@@ -234,7 +234,7 @@ def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path, monkeypatc
             await session.solve_now()
         for view in session.shown.views[:-3]:
             if not view.dropped:
-                await session.act(DropView(view.name))
+                await session.act(SessionWorker.drop(view.name))
         with pytest.raises(Refused, match="other views"):
             await bench.accept(session, force=True, who="operator")
         assert told == []

@@ -6,25 +6,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from console.calibration.jobs import (
-    AcceptMount,
-    AdoptSolution,
-    DropView,
-    ForgetRoom,
-    LaserSolution,
-    LookAtPicture,
-    OpenLaser,
-    SessionAnswer,
-    SessionChange,
-    SolvedViews,
-    SolveLaser,
-    SweepScan,
-)
+from console.calibration.answers import LaserSolution, SessionAnswer, SessionChange, SolvedViews
 from console.calibration.laser_state import LaserState, StoredPose, resumed
 from console.calibration.laser_worker import LaserWorker
 from console.calibration.solver_worker import SolverWorker
 from console.messages.calibration import CalibrationBoard, CalibrationVerdict
-from console.workers.job import Job, answer_type, decoder, plain
+from console.workers.job import Job, decoder, plain
 from core.calibration.board.board import Board
 from core.calibration.files.mount_files import read_mount
 from core.calibration.mount import Mount
@@ -42,18 +29,19 @@ LASER = Laser()
 T = TypeVar("T")
 
 
-def opening(state: bytes = b"null", solved: SolvedViews | None = None) -> OpenLaser:
-    return OpenLaser(SHOWN, state, solved, TABLE_3, Mount())
+def opened(state: bytes = b"null", solved: SolvedViews | None = None) -> tuple[LaserWorker, SessionAnswer]:
+    worker = LaserWorker()
+    return worker, worker.open(SHOWN, state, solved, TABLE_3, Mount())
 
 
 def solution(state: bytes) -> LaserSolution:
-    job = SolveLaser(SHOWN, state, TABLE_3, Mount())
-    return crossed(SolverWorker().solve_laser(job), job)
+    asked = SHOWN, state, TABLE_3, Mount()
+    return crossed(SolverWorker().solve_laser(*asked, printed=False), SolverWorker.solve_laser(*asked, printed=False))
 
 
 def crossed(answer: T, job: Job[T]) -> T:
     """The answer to a job as the console decodes it."""
-    return decoder(answer_type(type(job))).decode(msgspec.msgpack.encode(answer, enc_hook=plain))
+    return decoder(job.answer).decode(msgspec.msgpack.encode(answer, enc_hook=plain))
 
 
 class Assistant:
@@ -62,8 +50,7 @@ class Assistant:
     def __init__(self, poses: int) -> None:
         rng = np.random.default_rng(4)
         self.room = PracticeRoom(TABLE_3, LASER, BOARD, Mount().nominal, rng, RoomSettings(noise=0.01))
-        self.worker = LaserWorker()
-        self.worker.open(opening())
+        self.worker, _ = opened()
         for ranges in self.room.background(30):
             self.newest = self.sweep(ranges)
         self.verdicts = [self.hold() for _ in range(poses)]
@@ -77,8 +64,7 @@ class Assistant:
             range_min=0.02,
             range_max=5.6,
         )
-        job = SweepScan(scan)
-        return crossed(self.worker.sweep(job), job)
+        return crossed(self.worker.sweep(scan), LaserWorker.sweep(scan))
 
     @property
     def change(self) -> SessionChange:
@@ -93,7 +79,7 @@ class Assistant:
         grey = picture(self.room.rng, TABLE_3, pose, BOARD)
         verdict = None
         for ranges in shot.scans:
-            told = self.worker.look(LookAtPicture(grey, 0.0))
+            told = self.worker.look(grey, 0.0)
             self.newest = self.sweep(ranges)
             verdict = self.newest.verdict or told.verdict
             assert verdict is not None
@@ -121,21 +107,20 @@ def test_still_poses_are_counted_and_solved_into_a_mount_that_can_be_accepted(he
     kinds = [verdict.kind for verdict in held.verdicts]
     assert kinds.count("counted") >= 6
     with pytest.raises(Refused):
-        held.worker.accept(AcceptMount(force=True))
+        held.worker.accept(force=True)
     told = solution(held.change.state)
-    answer = changed(held.worker.adopt(AdoptSolution(told.solved)))
+    answer = changed(held.worker.adopt(told.solved))
     assert not answer.stale
     assert len(answer.views) == kinds.count("counted") == told.report["poses_used"]
     assert set(told.exports) == {"json", "urdf", "static_transform", "matrix"}
-    accept = AcceptMount(force=True)
-    kept = crossed(held.worker.accept(accept), accept)
+    kept = crossed(held.worker.accept(force=True), LaserWorker.accept(force=True))
     mount = read_mount(kept.document["extrinsics"])
     assert np.linalg.norm(mount.translation) < 0.02
     tries = 0
     while held.hold().kind != "counted":
         assert (tries := tries + 1) < 30, "no pose is new any more"
     assert held.newest.check is not None and held.newest.check.off_px < 3
-    room_known = changed(held.worker.forget_room(ForgetRoom()))
+    room_known = changed(held.worker.forget_room())
     state = stored(room_known.state)
     assert state.background is None and len(state.taken) >= 6 and len(state.rooms) == 1
     again = resumed(SHOWN, TABLE_3, Mount(), room_known.state)
@@ -154,14 +139,14 @@ def test_dots_and_scan_show_which_beams_end_on_the_board(held: Assistant) -> Non
     on_board = np.array(scan.points)[scan.board]
     assert len(on_board) >= 10 and np.ptp(np.linalg.norm(on_board, axis=1)) < 0.5
     grey = np.full((256, 320), 128, np.uint8)
-    verdict = fresh.worker.look(LookAtPicture(grey, 0.0)).verdict
+    verdict = fresh.worker.look(grey, 0.0).verdict
     assert verdict is not None and verdict.laser is not None
     assert any(dot[3] for dot in verdict.laser) and all(0 <= dot[0] < 320 for dot in verdict.laser)
 
 
 def test_a_session_goes_on_from_what_was_stored(held: Assistant) -> None:
     state = changed(held.worker.refresh()).state
-    again = changed(LaserWorker().open(opening(state)))
+    again = changed(opened(state)[1])
     assert again.stale and again.names == [pose.name for pose in stored(state).taken]
     first, same = stored(state).taken[0], stored(again.state).taken[0]
     assert same.ranges_m == first.ranges_m and same.covariance == first.covariance
@@ -182,7 +167,7 @@ def test_a_session_that_was_stored_before_poses_had_their_own_rooms_goes_on(held
 
 def test_pictures_of_another_size_are_refused(held: Assistant) -> None:
     with pytest.raises(BadInput, match="640x480"):
-        held.worker.look(LookAtPicture(np.zeros((480, 640), np.uint8), 0.0))
+        held.worker.look(np.zeros((480, 640), np.uint8), 0.0)
 
 
 def laid_out(held: Assistant, taken: list[StoredPose]) -> tuple[LaserWorker, list[str]]:
@@ -190,18 +175,16 @@ def laid_out(held: Assistant, taken: list[StoredPose]) -> tuple[LaserWorker, lis
     before = stored(changed(held.worker.refresh()).state)
     state = msgspec.json.encode(msgspec.structs.replace(before, background=None, taken=taken))
     solved = solution(state).solved
-    worker = LaserWorker()
-    worker.open(opening(state, solved))
-    return worker, solved.names
+    return opened(state, solved)[0], solved.names
 
 
 def test_poses_that_are_left_out_are_not_used_all_the_same(held: Assistant) -> None:
     worker, names = laid_out(held, stored(changed(held.worker.refresh()).state).taken)
-    assert worker.accept(AcceptMount(force=True)).report["poses_used"] >= 6
+    assert worker.accept(force=True).report["poses_used"] >= 6
     for name in names[3:]:
-        worker.drop(DropView(name))
+        worker.drop(name)
     with pytest.raises(Refused, match="other views"):
-        worker.accept(AcceptMount(force=True))
+        worker.accept(force=True)
 
 
 def test_an_open_direction_is_named_also_while_the_room_is_looked_at_anew(held: Assistant) -> None:
@@ -209,4 +192,4 @@ def test_an_open_direction_is_named_also_while_the_room_is_looked_at_anew(held: 
     alike = [msgspec.structs.replace(pose, name=f"again {number}") for number, pose in enumerate(taken[:1] * 5)]
     worker, _ = laid_out(held, alike)
     with pytest.raises(Refused, match="is not known from these poses"):
-        worker.accept(AcceptMount(force=True))
+        worker.accept(force=True)

@@ -8,7 +8,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from console.calibration.jobs import ForgetRoom, SessionAnswer, SweepScan
+from console.calibration.answers import SessionAnswer
+from console.calibration.laser_worker import LaserWorker
 from console.calibration.live_capture import LiveCapture, moved
 from console.calibration.session import CalibrationSession
 from console.workers.job import Job
@@ -29,8 +30,8 @@ class Desk:
 
     async def act(self, job: Job[SessionAnswer], **_: Any) -> SessionAnswer:
         self.asked.append(type(job))
-        assert not isinstance(job, SweepScan) or job.scan is SCAN
-        if isinstance(job, ForgetRoom):
+        assert not isinstance(job, LaserWorker.sweep) or job.scan is SCAN
+        if isinstance(job, LaserWorker.forget_room):
             self.room_known = False
         else:
             self.swept.set()
@@ -58,12 +59,12 @@ HOME, AWAY = Pose(0.0, 0.0, 0.0), Pose(0.1, 0.0, 0.0)
 @pytest.mark.parametrize(
     ("stood", "here", "room_known", "expected", "then"),
     [
-        (None, HOME, False, [SweepScan], HOME),
-        (HOME, HOME, True, [SweepScan], HOME),
-        (HOME, AWAY, True, [ForgetRoom, SweepScan], AWAY),  # moved between pause and going on
-        (None, HOME, True, [SweepScan, ForgetRoom], HOME),  # after a restart of the console
-        (None, None, True, [SweepScan], None),  # a robot without wheels tells nothing
-        (HOME, None, True, [SweepScan], HOME),
+        (None, HOME, False, [LaserWorker.sweep], HOME),
+        (HOME, HOME, True, [LaserWorker.sweep], HOME),
+        (HOME, AWAY, True, [LaserWorker.forget_room, LaserWorker.sweep], AWAY),  # moved between pause and going on
+        (None, HOME, True, [LaserWorker.sweep, LaserWorker.forget_room], HOME),  # after a restart of the console
+        (None, None, True, [LaserWorker.sweep], None),  # a robot without wheels tells nothing
+        (HOME, None, True, [LaserWorker.sweep], HOME),
     ],
 )
 def test_the_room_is_looked_at_anew_when_the_robot_moved_or_nobody_knows(

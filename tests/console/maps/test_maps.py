@@ -23,7 +23,7 @@ from console.http.problems import Problem
 from console.maps import marks
 from console.maps.edits import MAX_EDITS, EditService
 from console.maps.export import FLOOR, known_part, preview
-from console.maps.join_worker import JoinedMap, MatchMaps
+from console.maps.join_worker import JoinedMap, TwoMaps
 from console.maps.marks import EditMark, MapMarks, PlaceMark, read_marks
 from console.maps.places import PlaceService
 from console.maps.service import ITSELF, LAST_BUT_ONE, LAST_BUT_TWO, LAST_MAP, JoinProposal, MapService
@@ -520,7 +520,7 @@ def test_a_map_that_is_saved_again_while_it_is_loaded_or_joined_loses_no_marks(
 
         assert older is not None and not older.folder.exists()
         monkeypatch.setattr(maps, "_worked", joined)
-        match = MatchMaps(str(older.folder), str(older.folder), parts_of(Settings()))
+        match = TwoMaps(str(older.folder), str(older.folder), parts_of(Settings()))
         maps._proposal = JoinProposal("1", older, older, match, MapMatch(Pose(), 1, 1, (), 1.0, 0.0), b"")
         with pytest.raises(Problem, match="no saved map of that name any more"):
             await maps.join("1", "both", ITSELF)

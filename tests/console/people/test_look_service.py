@@ -12,7 +12,7 @@ import psutil
 import pytest
 
 from console.people.look_service import LookService
-from console.people.look_worker import LookForPeople, PeopleSeen
+from console.people.look_worker import LookWorker, PeopleSeen
 from console.people.store import StoredLooks
 from console.workers.job import LENGTH, Job, JobResult, answer_decoder, packed
 from console.workers.worker import Worker
@@ -134,7 +134,7 @@ def test_a_voice_starts_the_process_and_a_picture_opens_the_networks(
         assert asked == []
         service.ask(question(1.0))
         await answered(service)
-        assert asked == ["OpenDetector", "LookForPeople"]
+        assert asked == ["open", "look"]
 
     during(service, work)
 
@@ -162,7 +162,7 @@ def test_the_embedded_detector_needs_no_worker(monkeypatch: pytest.MonkeyPatch, 
 def test_a_person_with_looks_and_gaps_crosses_unchanged() -> None:
     (found,) = sticks().look(asked(white_body(640, 480, 320.0, 60.0, 330.0), 0.0, 2.9))
     raw = packed(JobResult(PeopleSeen((found,), 0.1)))[LENGTH.size :]
-    told = answer_decoder(LookForPeople).decode(raw)
+    told = answer_decoder(LookWorker.look).decode(raw)
     assert isinstance(told, JobResult) and isinstance(told.result, PeopleSeen)
     (back,) = told.result.people
     assert (back.value, back.bearing, back.box, back.centre) == (found.value, found.bearing, found.box, found.centre)

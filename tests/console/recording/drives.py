@@ -8,16 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from console.recording.moments import slimmed
-from console.recording.work import (
-    BeginRecording,
-    DescribeRobot,
-    FinishRecording,
-    KeepRing,
-    NewFile,
-    RecordedMoment,
-    RecorderWorker,
-    RecordMoments,
-)
+from console.recording.work import NewFile, RecordedMoment, RecorderWorker
 from core.errors import Refused
 from core.gate.status import GateStatus
 from core.pilot import Pilot
@@ -54,8 +45,8 @@ class RecordedPilot:
         self.hurries = False  # goes on while the recorder still writes
         self._recorder, self._waiting = RecorderWorker(), list[RecordedMoment]()
         card = profile_to_json(profile)
-        self._recorder.describe(DescribeRobot(card, card, ring_s))
-        self._recorder.begin(BeginRecording(NewFile(str(path), {"robot": profile.name}, [])))
+        self._recorder.describe(card, card, ring_s)
+        self._recorder.begin(NewFile(str(path), {"robot": profile.name}, []))
         self._map = self._view = -1.0
         self._holds_maps = pilot is not None or ring_s > 0
 
@@ -87,7 +78,7 @@ class RecordedPilot:
 
     def finish(self) -> None:
         self._send()
-        self._recorder.finish(FinishRecording())
+        self._recorder.finish()
 
     def _kept_map(self) -> bytes:
         with contextlib.suppress(Refused):  # there is none yet
@@ -97,7 +88,7 @@ class RecordedPilot:
     def keep(self, path: Path, seconds: float) -> None:
         """Save what the ring holds."""
         self._send()
-        self._recorder.keep(KeepRing(NewFile(str(path), {}, []), seconds))
+        self._recorder.keep(NewFile(str(path), {}, []), seconds)
 
     def leave(self) -> None:
         """The recorder's process ends, as it does when the console is gone."""
@@ -105,7 +96,7 @@ class RecordedPilot:
 
     def _send(self) -> None:
         moments, self._waiting = self._waiting, []
-        self._recorder.record(RecordMoments([pickle.dumps(one) for one in moments]))
+        self._recorder.record([pickle.dumps(one) for one in moments])
         if not self.hurries:
             self._recorder._waiting.join()
 

@@ -28,7 +28,7 @@ from console.http.problems import Problem
 from console.maps.service import ITSELF
 from console.recording.recorder import RecorderService
 from console.recording.store import RecordingStore
-from console.recording.work import ReadRecording, RecorderWorker, RecoverRecordings
+from console.recording.work import RecorderWorker
 from console.workers.worker import Worker, WorkerLost
 from core.errors import Refused, Unwritable
 from core.files import UNFINISHED, write_atomic
@@ -525,10 +525,10 @@ def test_a_file_that_is_still_written_is_left_to_its_process(tmp_path: Path) -> 
     recorded = RecordedPilot(tmp_path / "drive.mcap", Profile(name="a robot", url=""))
     for number in range(60):
         recorded.step(SensorFrame(stamp=number / 40))
-    [left] = RecorderWorker().recover(RecoverRecordings(str(tmp_path)))
+    [left] = RecorderWorker().recover(str(tmp_path))
     assert (left.name, left.complete) == ("drive", False)
     recorded.finish()
-    assert RecorderWorker().recover(RecoverRecordings(str(tmp_path))) == []
+    assert RecorderWorker().recover(str(tmp_path)) == []
     assert by_mcap(tmp_path / "drive.mcap")["/beckon/frame"] == 60 and doctor(tmp_path / "drive.mcap") == []
 
 
@@ -563,7 +563,7 @@ def test_on_a_full_disk_a_recording_ends_with_its_reason_and_is_recovered(
     with pytest.raises(Refused):
         recorded.finish()
     with full_disk(most=(tmp_path / "drive.mcap.part").stat().st_size):
-        [whole] = RecorderWorker().recover(RecoverRecordings(str(tmp_path)))
+        [whole] = RecorderWorker().recover(str(tmp_path))
     taken = written + 1 - BATCH  # what was written is said with the batch after it; the schemas are half of the file
     assert 0.2 * taken < whole.messages["/beckon/frame"] <= taken
     assert [path.name for path in tmp_path.iterdir()] == ["drive.mcap"]
@@ -642,6 +642,6 @@ def test_a_summary_without_its_channels_is_read_all_the_same(tmp_path: Path) -> 
         for at in (0, 2_000_000_000):
             writer.add_message(channel, at, b"{}", at)
         writer.finish()
-    read = RecorderWorker().read(ReadRecording(str(tmp_path / "foreign.mcap")))
+    read = RecorderWorker().read(str(tmp_path / "foreign.mcap"))
     assert (read.complete, read.seconds, read.messages) == (True, 2.0, {})
     assert DriveRecording(tmp_path / "foreign.mcap").counts == {}

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from console.speech import transcription_worker
-from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar
 from console.speech.transcription_worker import TranscriptionWorker
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import Decision
@@ -47,9 +46,9 @@ def test_an_order_that_was_held_back_is_known_in_the_next_turn_of_who_spoke(
     rejected: tuple[list[tuple[str, float]], ...] = ([], [before, long_before], [])
     told = []
     for turn, speaker in enumerate(speakers):
-        worker.begin(BeginListening(SpeechSettings(), held=True, speaker=speaker))
-        worker.hear(HearSound(said.tobytes(), RATE_HZ, 10.0 * turn, rejected=rejected[turn]))
-        worker.finish(FinishListening())
+        worker.begin(SpeechSettings(), held=True, speaker=speaker)
+        worker.hear(said.tobytes(), RATE_HZ, 10.0 * turn, rejected=rejected[turn])
+        worker.finish()
         told.append(reader.told[-1])
     assert told == known
 
@@ -59,9 +58,9 @@ def test_the_words_so_far_are_read_while_the_button_is_held(monkeypatch: pytest.
     engine = ActiveEngine(Reader(GO), ENGINES["sphinx"], "A test reads.")
     monkeypatch.setattr(transcription_worker, "open_engine", lambda _: engine)
     worker = TranscriptionWorker()
-    worker.begin(BeginListening(SpeechSettings(), held=True))
-    assert worker.read_so_far(ReadSoFar()) == ""
+    worker.begin(SpeechSettings(), held=True)
+    assert worker.read_so_far() == ""
     said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ)).astype(np.float32)
-    worker.hear(HearSound(said.tobytes(), RATE_HZ, 0.0))
-    assert worker.read_so_far(ReadSoFar()) == GO
-    assert [one.utterance.decision.words for one in worker.finish(FinishListening())] == [GO]
+    worker.hear(said.tobytes(), RATE_HZ, 0.0)
+    assert worker.read_so_far() == GO
+    assert [one.utterance.decision.words for one in worker.finish()] == [GO]

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from console.speech.transcription_client import received
-from console.speech.transcription_jobs import HearSound, ReadUtterance
+from console.speech.transcription_worker import ReadUtterance, TranscriptionWorker
 from console.workers.job import LENGTH, JobResult, answer_decoder, packed
 from core.commands.command import Command
 from core.sentences import code_of
@@ -24,7 +24,7 @@ def packed_answer(decision: Decision) -> bytes:
 
 def sent(decision: Decision) -> list[ReadUtterance]:
     """As it comes out of the pipe."""
-    answer = answer_decoder(HearSound).decode(packed_answer(decision))
+    answer = answer_decoder(TranscriptionWorker.hear).decode(packed_answer(decision))
     assert isinstance(answer, JobResult)
     return answer.result
 
@@ -63,4 +63,4 @@ def test_an_answer_of_another_form_is_refused() -> None:
     answer = msgspec.msgpack.decode(packed_answer(sure("turn left")))
     answer["result"][0]["utterance"]["decision"]["verdict"] = "obey"
     with pytest.raises(msgspec.ValidationError):
-        answer_decoder(HearSound).decode(msgspec.msgpack.encode(answer))
+        answer_decoder(TranscriptionWorker.hear).decode(msgspec.msgpack.encode(answer))

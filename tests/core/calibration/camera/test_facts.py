@@ -4,7 +4,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from console.calibration.jobs import ImportedCamera, ReadCalibrationFile
+from console.calibration.answers import ImportedCamera
 from console.calibration.solver_worker import SolverWorker
 from core.calibration.camera.facts import known_facts
 from core.calibration.files.camera_files import camera_entry, ros_yaml
@@ -26,7 +26,7 @@ def text(facts: dict[str, Any], board: dict[str, Any]) -> str:
 
 
 def test_a_camera_that_comes_back_keeps_its_uncertainty_and_its_board() -> None:
-    found = SolverWorker().read_file(ReadCalibrationFile(text(FACTS, BOARD), None))
+    found = SolverWorker().read_file(text(FACTS, BOARD), None)
     assert isinstance(found, ImportedCamera)
     camera = found.document["camera"]
     assert {name: camera.get(name) for name in FACTS} == FACTS
