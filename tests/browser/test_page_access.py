@@ -31,6 +31,11 @@ def axe() -> str:
 COLOURS = ["color-contrast", "link-in-text-block"]  # the rules whose answer the theme can change
 
 
+OTHER_TYPE = """() => [...document.querySelectorAll("body *")]
+  .filter((one) => [...one.childNodes].some((child) => child.nodeType === Node.TEXT_NODE && child.data.trim()))
+  .filter((one) => one.checkVisibility({ visibilityProperty: true }))
+  .filter((one) => !["13px", "15px", "24px"].includes(getComputedStyle(one).fontSize)) // --small, --body, --figure
+  .map((one) => `${getComputedStyle(one).fontSize}: ${one.outerHTML.slice(0, 120)}`)"""
 FORGET_PAGES = "document.querySelectorAll('main[hidden]').forEach((left) => left.remove())"  # axe would walk them
 
 
@@ -49,12 +54,14 @@ def violations(page: Page, axe: str, rules: list[str] | None = None) -> list[str
     ]
 
 
-def test_axe_has_nothing_to_say_about_any_page_in_either_theme(visit: Open, fleet: LiveFleet, axe: str) -> None:
+def test_axe_has_nothing_to_say_about_any_page_in_either_theme_and_all_type_has_three_sizes(
+    visit: Open, fleet: LiveFleet, axe: str
+) -> None:
     here = visit(theme="dark")
     said: dict[str, list[str]] = {}
 
     def look(where: str) -> None:
-        said[where] = violations(here.page, axe)
+        said[where] = [*violations(here.page, axe), *here.page.evaluate(OTHER_TYPE)]
         here.page.emulate_media(color_scheme="light")
         said[f"{where}, light"] = violations(here.page, axe, COLOURS)
         here.page.emulate_media(color_scheme="dark")

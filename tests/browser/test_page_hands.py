@@ -13,6 +13,7 @@ from tests.browser.running_console import Running
 from tests.browser.visit import DESK, PATIENCE, PHONE, Visit
 
 Open = Callable[..., Visit]
+ON_ITS_SIDE = (844, 390)  # a phone
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -69,10 +70,31 @@ def test_a_phones_speed_takes_two_lines_and_the_link_keeps_how_quickly_stop_was_
     expect(here.find("link-chip .pairs")).to_contain_text(re.compile(r"Your last STOP\s*answered after \d+ ms"))
 
 
+def test_a_phone_on_its_side_has_views_of_one_width_names_of_commands_and_what_the_microphone_can_do(
+    visit: Open,
+) -> None:
+    here = visit(size=ON_ITS_SIDE)
+    views = here.find(".view-tab")
+    widths = [box["width"] for one in views.all() if (box := one.bounding_box())]
+    assert len(widths) == 3 and max(widths) - min(widths) <= 1, widths
+    bar = here.find(".bar").bounding_box()
+    here.find("voice-button > .voice-more").click()
+    panel, stop = here.find(".voice-panel").bounding_box(), here.find("stop-button").bounding_box()
+    assert bar and panel and stop and panel["y"] >= bar["y"] + bar["height"], "none of it is behind the bar"
+    assert panel["y"] + panel["height"] <= ON_ITS_SIDE[1] and panel["x"] + panel["width"] <= stop["x"]
+    here.page.keyboard.press("Escape")
+    here.say("stop at 1.25 and 0.35")
+    words = here.find(".status-words")
+    expect(words).to_have_text("stop at 1.25 and 0.35")
+    assert words.evaluate("one => one.getClientRects().length") == 1, "its name stands in one line"
+    here.button("STOP").click()
+    here.still()
+
+
 def test_the_speed_of_a_command_stands_beside_that_of_the_hand_and_the_card_does_not_grow(visit: Open) -> None:
     here = visit(size=DESK)
     pad, speed = here.find("drive-pad"), here.find(".top-speed")
-    sizes = (DESK, (1100, 760), (820, 1180), PHONE)
+    sizes = (DESK, (1100, 760), (820, 1180), ON_ITS_SIDE, PHONE)
 
     def heights() -> list[float]:
         found: list[float] = []

@@ -98,7 +98,7 @@ def test_on_a_phones_side_nothing_lies_under_stop_and_words_are_offered_in_sight
     german = "localStorage.setItem('beckon.language', 'de')"
     here = visit(size=(844, 390), before=lambda page: page.add_init_script(german))
     shown = here.find("command-chips .chip:not([data-over], .more):visible")
-    expect(shown).to_have_count(3)
+    here.until(lambda: shown.count() >= 5, "most commands are in sight")
     boxes = [box for one in shown.all() if (box := one.bounding_box())]
     assert len({round(box["y"]) for box in boxes}) == 2, "two rows, in German too"
     here.find("#words").fill("stop")
@@ -205,8 +205,11 @@ def test_a_press_exchanges_camera_and_map_and_tabs_are_a_tablist(visit: Open) ->
     expect(here.page.get_by_role("tabpanel", name="Estimate")).to_contain_text("Where it believes it is")
     more = here.button("more")
     expect(here.find('[data-command="stop_moving"]')).to_be_hidden()
+    line = here.find("#words").bounding_box()
     more.click()
     expect(here.find('[data-command="stop_moving"]')).to_be_visible()
+    first = here.find('[data-command="turn_left"]').bounding_box()
+    assert line and first and first["y"] > line["y"], "where they were, below the line of words"
     here.page.keyboard.press("Escape")
     expect(here.find('[data-command="stop_moving"]')).to_be_hidden()
 

@@ -250,6 +250,10 @@ def test_what_the_chapter_has_stands_beside_what_was_found_here(visit: Open, siz
     cells = here.find('[data-experiment="dead-reckoning-vs-slam"] td')
     tops = [round(one["y"]) for n in (1, 2) if (one := cells.nth(n).bounding_box())]
     assert len(tops) == 2 and tops[0] == tops[1], "beside each other in the list, too"
+    columns = [one.bounding_box() for one in cells.all()]
+    here.find("[data-experiment] summary").first.click()
+    moved = [one.bounding_box() for one in cells.all()]
+    assert [one and one["x"] for one in moved] == [one and one["x"] for one in columns], "columns stay where they are"
 
 
 def test_experiments_are_listed_and_one_is_cancelled(visit: Open, console: Running) -> None:

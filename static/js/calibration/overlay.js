@@ -1,7 +1,7 @@
 // Drawing functions over a picture: found corners, advised view, arrow, laser points.
 
 import { rangeColour } from "../ui/colormap.js";
-import { trace } from "../ui/place-drawing.js";
+import { fontOf, trace } from "../ui/place-drawing.js";
 
 /** @import { Hint } from "./board-hint.js" */
 /** @import { Advice, Pixel } from "./types.js" */
@@ -118,7 +118,7 @@ export function drawLaser({ brush, place, unit }, points) {
  * @param {number} y
  */
 function label({ brush, unit }, words, x, y) {
-  brush.font = `600 ${14 * unit}px ${getComputedStyle(document.body).fontFamily}`;
+  brush.font = fontOf(13 * unit);
   const half = brush.measureText(words).width / 2 + 9 * unit;
   const left = Math.min(Math.max(x, half + 4 * unit), brush.canvas.width - half - 4 * unit);
   const top = Math.min(Math.max(y, 16 * unit), brush.canvas.height - 16 * unit);

@@ -1,6 +1,7 @@
 // Element <scan-view>: laser scan from above with the empty room and the beams on the board.
 
 import { make, mark } from "../ui/element.js";
+import { fontOf } from "../ui/place-drawing.js";
 import { t } from "../ui/texts.js";
 import { isDark } from "../ui/theme.js";
 
@@ -96,7 +97,7 @@ function rings(brush, place, scale, unit, far, colours) {
   brush.strokeStyle = colours.ring;
   brush.fillStyle = colours.text;
   brush.lineWidth = unit;
-  brush.font = `${11 * unit}px ${getComputedStyle(document.body).fontFamily}`;
+  brush.font = fontOf(13 * unit);
   brush.textAlign = "center";
   const step = far > 2.2 ? 1 : 0.5;
   for (let range = step; range < far * 1.6; range += step) {

@@ -36,7 +36,7 @@ class ExperimentList extends PagePanel {
       this.#list,
     );
     const head = make("div.row.experiment-head", this.#status, this.#short);
-    this.append(head, make("section.card.experiment-table", table));
+    this.append(make("section.card.experiment-table", head, table));
     this.#list.replaceChildren(...Array.from({ length: SKELETONS }, skeleton));
   }
 

@@ -8,7 +8,7 @@ import { age, degrees, fixed } from "../ui/format.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
 import { PictureChip } from "../ui/picture-quality-chip.js";
-import { drawCross } from "../ui/place-drawing.js";
+import { drawCross, fontOf } from "../ui/place-drawing.js";
 import { t } from "../ui/texts.js";
 
 /** @import { CameraOverlay } from "../net/messages.js" */
@@ -280,7 +280,8 @@ function drawVoice(brush, [left, middle, right], down, scale) {
  */
 function drawPerson(brush, person, scale) {
   drawLandmarks(brush, person.landmarks_px, scale);
-  brush.font = `600 ${Math.max(10, 7 * scale)}px system-ui, sans-serif`;
+  const size = Math.max(13, 7 * scale);
+  brush.font = fontOf(size);
   brush.textBaseline = "top";
   for (const part of person.parts) {
     if (part.likelihood === null) continue;
@@ -298,7 +299,7 @@ function drawPerson(brush, person, scale) {
     const says = `${part.name} ${part.likelihood.toFixed(2)}`;
     const [x, y] = [Math.max(2, left + 2), Math.max(2, top + 2)];
     brush.fillStyle = "rgb(0 0 0 / 0.6)";
-    brush.fillRect(x, y, brush.measureText(says).width + 4, Math.max(10, 7 * scale) + 3);
+    brush.fillRect(x, y, brush.measureText(says).width + 4, size + 3);
     brush.fillStyle = "#ffd24a";
     brush.fillText(says, x + 2, y + 1);
   }

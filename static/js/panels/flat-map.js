@@ -513,6 +513,8 @@ const SWATCHES = {
   ghost: "ghost",
   people: "person",
   places: "place",
+  zones: "zone",
+  grid: "grid",
 };
 
 /** @param {{x_m: number, y_m: number}[]} points @returns {import("../ui/floor-view.js").Extent} */

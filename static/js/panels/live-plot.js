@@ -14,7 +14,7 @@ import { t } from "../ui/texts.js";
  */
 
 const HEIGHT = 68; // [px]
-const EDGE = { left: 34, right: 6, top: 6, bottom: 16 };
+const EDGE = { left: 34, right: 6, top: 6, bottom: 18 };
 const EVERY_MS = 250;
 const TIMES_S = [-120, -90, -60, -30, 0];
 
@@ -140,7 +140,7 @@ export class LivePlot extends HTMLElement {
     );
     const named = rows.filter((_, index) => marks.length <= 3 || index % 2 === (marks.length - 1) % 2 || index === 0);
     this.#words.replaceChildren(
-      ...named.map(({ value, y }) => text(figure(value), { x: EDGE.left - 5, y: y + 3.5, "text-anchor": "end" })),
+      ...named.map(({ value, y }) => text(figure(value), { x: EDGE.left - 5, y: y + 4.5, "text-anchor": "end" })),
       ...columns
         .filter(({ time }) => time % 60 === 0)
         .map(({ time, x }) =>

@@ -2,7 +2,7 @@
 
 import { FloorView } from "./floor-view.js";
 import { fixed, metres } from "./format.js";
-import { colourOf, drawCross, drawRobot, fresh, NOSE, trace } from "./place-drawing.js";
+import { colourOf, drawCross, drawRobot, fontOf, fresh, NOSE, trace } from "./place-drawing.js";
 import { t } from "./texts.js";
 
 /** @import { State } from "../net/messages.js" */
@@ -29,7 +29,7 @@ import { t } from "./texts.js";
  * @property {import("./clear-area.js").Insets} covered by panels
  */
 
-const LABEL = "600 13px system-ui, sans-serif";
+const LABEL_PX = 13;
 const VOICE_M = 1.5;
 const VOICE_S = 12; // [s] after which a voice is no longer drawn
 const FAN_M = 2; // of the camera's fan
@@ -51,7 +51,7 @@ const NARROW_PX = 976; // [px] that no panel covers: where it is no wider the st
 const SAME_M = 0.6; // [m] within which the person who is followed is someone in the room
 export const PIN_PX = 12; // of a place: height of its head
 const TOOLS_PX = 48; // width of the map's tools
-const BAR_PX = 60; // [px] that the scale has at least
+const [BAR_PX, SHORT_BAR_PX] = [60, 40]; // that the scale has at least, and where it stands above the map
 const SCALE_PX = 14; // from the edges of what no panel covers
 
 /**
@@ -106,7 +106,7 @@ export function drawFlat(canvas, view, scene) {
   if (scene.cursor) brush.cross(scene.cursor);
   const narrow = bottom > 0 && canvas.clientWidth - left - right < NARROW_PX;
   const low = narrow ? top + 2 * SCALE_PX : canvas.clientHeight - bottom - SCALE_PX;
-  brush.scale(left + SCALE_PX, low);
+  brush.scale(left + SCALE_PX, low, narrow ? SHORT_BAR_PX : BAR_PX);
 }
 
 /**
@@ -498,11 +498,11 @@ class Brush {
     drawCross(this.context, this.view.drawn(cursor), 12);
   }
 
-  /** A length that is easy to compare. @param {number} left [px] @param {number} low [px] */
-  scale(left, low) {
+  /** A length that is easy to compare. @param {number} left [px] @param {number} low [px] @param {number} least [px] */
+  scale(left, low, least) {
     if (this.small) return;
     const { context, view } = this;
-    const bar = BARS.find((length) => length * view.scale >= BAR_PX) ?? 100;
+    const bar = BARS.find((length) => length * view.scale >= least) ?? 100;
     context.strokeStyle = this.colour("soft");
     context.lineWidth = 2;
     const [right, tip] = [left + bar * view.scale, low - 5];
@@ -516,7 +516,7 @@ class Brush {
     trace(context, ends);
     context.stroke();
     context.fillStyle = this.colour("soft");
-    context.font = LABEL;
+    context.font = fontOf(LABEL_PX);
     context.fillText(`${bar} m`, left + 6, low - 6);
   }
 
@@ -529,7 +529,7 @@ class Brush {
   label({ x, y }, words, down = ABOVE) {
     if (this.small) return;
     const { context } = this;
-    context.font = LABEL;
+    context.font = fontOf(LABEL_PX);
     const wide = context.measureText(words).width;
     const beside = [x + 13, x - 13 - wide, x + FARTHER_PX, x - FARTHER_PX - wide]; // farther off: the robot stands on it
     if (down) beside.push(x - wide / 2);

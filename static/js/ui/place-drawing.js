@@ -95,6 +95,14 @@ export function colourOf(element, name) {
   return color;
 }
 
+let face = "";
+
+/** Font of words in a drawing: the page's own. @param {number} size [px] */
+export function fontOf(size) {
+  face ||= getComputedStyle(document.body).fontFamily;
+  return `600 ${size}px ${face}`;
+}
+
 /**
  * The canvas's brush, after its size was fitted and everything wiped.
  * @param {HTMLCanvasElement} canvas
