@@ -79,7 +79,8 @@ def test_a_camera_is_calibrated_by_whoever_follows_the_page(visit: Open, console
     page.get_by_role("button", name="Done: review and use").click()
     review(here)
     page.get_by_role("button", name="Use this calibration").click()
-    expect(page.get_by_role("heading", name="In use", exact=True)).to_be_visible(timeout=SOON)
+    expect(page.get_by_role("heading", name="Accepted, but not used")).to_be_visible(timeout=SOON)  # 320x240, not 320x256
+    expect(here.find(".review-words")).to_contain_text("pictures, this robot's camera gives")
     used = console.ask("api/calibration/in-use")["camera"]
     assert abs(used["fx"] - CAMERA.fx) < max(4 * used["sd"]["fx"], 1.0)
     assert used["image_size"] == [CAMERA.width, CAMERA.height]
@@ -116,6 +117,22 @@ def review(here: Visit) -> None:
         answer = page.request.get(str(link.get_attribute("href")))
         assert answer.status == 200, link.inner_text()
         assert len(answer.body()) > 100
+
+
+def test_whoever_brings_pictures_is_not_asked_to_print_a_board_or_to_measure_another(visit: Open) -> None:
+    here = visit(size=(1100, 760), at="calibrate")
+    page = here.page
+    page.get_by_role("button", name="Begin", exact=True).first.click()
+    expect(page.get_by_role("heading", name="Calibrate the camera")).to_be_visible(timeout=SOON)
+    page.get_by_label("The robot’s camera").check(force=True)
+    page.get_by_label("Inner corners across", exact=True).fill("10")
+    page.get_by_label("Inner corners down", exact=True).fill("7")
+    page.get_by_label("Side of a square").fill("25")
+    expect(page.get_by_text("Squares of 25 mm do not fit")).to_be_visible()  # on A4
+    page.get_by_label("Picture files").check(force=True)
+    expect(page.get_by_text("Squares of 25 mm do not fit")).to_be_hidden()
+    expect(page.get_by_role("link", name="Print this board")).to_be_hidden()
+    expect(here.find(".setup-plan")).to_contain_text("choose ten to twenty pictures of it")
 
 
 @pytest.mark.campaign
@@ -156,3 +173,4 @@ def test_files_of_another_board_are_judged_again_with_the_board_that_is_seen(vis
     expect(here.find("advice-line")).to_contain_text("This looks like a 9x6 board, not 7x7.")
     page.get_by_role("button", name="Use 9x6").click()
     expect(here.find("uploads-card h2")).to_have_text("2 of 2 files counted", timeout=LONG)
+    expect(here.find(".attempt")).to_have_text("left02.jpg, left01.jpg")  # not “Counted as left02.jpg.” as well

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
-import { standing, takenBack, takesBack } from "../../static/js/calibration/active-calibration.js";
+import { inWords, standing, takenBack, takesBack } from "../../static/js/calibration/active-calibration.js";
 import { hint } from "../../static/js/calibration/board-hint.js";
 import { cameraRows, decimals, mountRows, poseRows } from "../../static/js/calibration/figures.js";
 import { figures, heat, heatWords, known, share } from "../../static/js/calibration/progress.js";
@@ -192,6 +192,7 @@ test("a session in the list says whether its calibration is in use, or was", () 
     accepted_s: 100,
   };
   assert.equal(standing(row, { accepted_s: 99.5 }), "in use");
+  assert.equal(standing(row, { accepted_s: 99.5, not_used: "It is for other pictures." }), "accepted, not used");
   assert.match(standing(row, null), /^was in use/);
   assert.match(standing(row, { accepted_s: 400 }), /^was in use/); // another one since
   assert.match(standing({ ...row, accepted_s: 900 }, { accepted_s: 99.5 }), /^was in use/); // taken back to an older one
@@ -255,6 +256,11 @@ test("the poses of the board stand with their standard deviations, and only thos
 
 test("before the first solution the views are counted once, against the number that is needed", () => {
   assert.deepEqual(figures(session({ views: 2 })), { figure: "2", goal: "of 6 views at least" });
+});
+
+test("a calibration that was accepted for another camera is not called in use", () => {
+  assert.match(inWords("camera", { fx: 533.2, not_used: "" }), /^In use: focal length/);
+  assert.equal(inWords("camera", { fx: 533.2, not_used: "It is not used." }), "It is not used.");
 });
 
 test("a former calibration is offered only where there is one; else the nominal values", () => {

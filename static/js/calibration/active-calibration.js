@@ -1,7 +1,7 @@
 // Sentences about the active calibration of the camera and of the laser mount.
 
 import { age, date, fixed } from "../ui/format.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 
 /** @import { Kind } from "./types.js" */
 
@@ -9,6 +9,7 @@ const SAVING_S = 30; // that saving a calibration may take
 
 /** @param {Kind} kind @param {Record<string, any>} report */
 export function inWords(kind, report) {
+  if (report["not_used"]) return inLanguage(report["not_used"]);
   const when = typeof report["accepted_s"] === "number" ? `, ${since(report["accepted_s"])}` : "";
   if (kind === "laser")
     return t("active-calibration.in_use_reportwhen", {
@@ -52,7 +53,7 @@ export function standing({ accepted, accepted_s, ready }, used) {
   if (used === undefined || accepted_s === null) return "accepted";
   const later = used === null ? Infinity : accepted_s - used["accepted_s"]; // a session is marked right after it is used
   return later > -1 && later < SAVING_S
-    ? t("active-calibration.in_use")
+    ? t(used?.["not_used"] ? "active-calibration.accepted_not_used" : "active-calibration.in_use")
     : t("active-calibration.was_in_use_accepted_since", { since: since(accepted_s) });
 }
 

@@ -134,7 +134,7 @@ class CalibrationHome extends WizardStep {
     ])) {
       const report = inUse?.[kind] ?? null;
       write(card.used, report ? inWords(kind, report) : NOTHING[kind]);
-      card.used.toggleAttribute("data-some", report !== null);
+      card.used.toggleAttribute("data-some", report !== null && !report["not_used"]);
       card.start.hidden = !may;
       card.undo.hidden = !may || report === null;
       write(card.undo, takesBack(report));

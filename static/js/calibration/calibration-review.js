@@ -149,13 +149,14 @@ class CalibrationReview extends WizardStep {
     const inUse = this.model.inUse?.[kind] ?? null;
     const older = !used && typeof calibration.accepted_s === "number";
     const good = progress.ready;
+    const notUsed = used ? inLanguage(inUse?.["not_used"] ?? "") : "";
     const word = kind === "camera" ? "view" : "pose";
-    mark(this.#head, "data-state", used ? "used" : good ? "good" : "open");
-    redraw(this.#sign, used || good ? "done" : "estimate");
+    mark(this.#head, "data-state", notUsed ? "open" : used ? "used" : good ? "good" : "open");
+    redraw(this.#sign, notUsed ? "warning" : used || good ? "done" : "estimate");
     write(
       this.#title,
       used
-        ? t("calibration-review.in_use")
+        ? t(notUsed ? "calibration-review.accepted_not_used" : "calibration-review.in_use")
         : good
           ? t("calibration-review.good_enough_to_be_used")
           : solution
@@ -168,12 +169,12 @@ class CalibrationReview extends WizardStep {
       this.#words,
       solving
         ? `${inLanguage(solving.words)} …`
-        : `${inLanguage(progress.words)}${used ? former : older && !this.#using ? OTHER : foreign}`,
+        : `${notUsed || (this.#refused ? "" : inLanguage(progress.words))}${used ? former : older && !this.#using ? OTHER : foreign}`,
     );
     write(this.#says, may ? this.#refused : t("calibration-review.you_are_watching_only_an_operator"));
     write(this.#accept, t(this.#using ? "trouble-line.saving" : "calibration-review.use_this_calibration"));
     this.#accept.disabled = this.#force.disabled = this.#using;
-    this.#accept.hidden = !may || used || !solution;
+    this.#accept.hidden = !may || used || !solution || this.#refused !== "";
     this.#force.hidden = !may || used || this.#refused === "" || !solution;
     mark(this.#accept, "class", `button large${good ? " primary" : ""}`);
     this.#again.hidden = !may || views.length < 4 || solving !== null;
@@ -205,9 +206,12 @@ class CalibrationReview extends WizardStep {
     this.draw();
     try {
       await api.accept(calibration.id, force);
-      this.session.announce(t("calibration-review.the_calibration_is_in_use"));
       this.model.take(await api.read(calibration.id));
       await this.model.readLists();
+      this.session.announce(
+        inLanguage(this.model.inUse?.[calibration.kind]?.["not_used"] ?? "") ||
+          t("calibration-review.the_calibration_is_in_use"),
+      );
     } catch (refusal) {
       this.#refused = sentenceOf(refusal);
     } finally {

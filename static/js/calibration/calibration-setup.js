@@ -161,6 +161,7 @@ const PAGES = /** @type {Readonly<Record<string, readonly [number, number]>>} */
 const RIMS = 16; // [mm] both together
 const RULERS = 12; // [mm]
 
+const FILES = t("calibration-setup.press_start_then_choose_the_pictures");
 const PLANS = {
   camera: t("calibration-setup.fetch_a_chessboard_or_print_one"),
   laser: t("calibration-setup.the_laser_looks_at_the_empty") + t("calibration-setup.ten_times_for_two_seconds_tilted"),
@@ -210,6 +211,7 @@ class CalibrationSetup extends WizardStep {
     { "aria-label": t("calibration-setup.paper") },
     ...["A4", "A3", "letter"].map(option),
   );
+  #toPrint = make("p.row.print-line", this.#print, this.#page);
   #begin = make("button.button.primary.large", { type: "submit" }, t("calibration-setup.start"));
   #says = make("p.setup-says", { role: "alert" });
   #laserOnly = make(
@@ -233,7 +235,7 @@ class CalibrationSetup extends WizardStep {
         this.#rows.row,
         this.#square.row,
         make("p.note", t("calibration-setup.measure_five_squares_with_a_ruler")),
-        make("p.row.print-line", this.#print, this.#page),
+        this.#toPrint,
         this.#fits,
         make(
           "details.more",
@@ -270,8 +272,6 @@ class CalibrationSetup extends WizardStep {
         ? t("calibration-setup.calibrate_the_camera")
         : t("calibration-setup.calibrate_the_laser_on_the_camera"),
     );
-    const demo = this.model.simulated ? ` ${t("calibration-setup.in_the_simulator_show_me")}` : "";
-    write(this.#plan, PLANS[this.#kind] + demo);
     this.#where.hidden = this.#kind === "laser";
     this.#laserOnly.hidden = this.#kind === "camera";
     this.#offer("webcam", webcamRefusal());
@@ -301,13 +301,17 @@ class CalibrationSetup extends WizardStep {
   }
 
   #show() {
+    const files = this.#kind === "camera" && this.#sources.upload.input.checked;
+    const demo = this.model.simulated ? ` ${t("calibration-setup.in_the_simulator_show_me")}` : "";
+    write(this.#plan, files ? FILES : PLANS[this.#kind] + demo);
+    this.#toPrint.hidden = files;
     const board = this.#board();
     this.#drawing.show({ columns: this.#columns.value, rows: this.#rows.value });
     this.#print.href = api.printable(board, this.#page.value);
     const [across = 0, down = 0] = PAGES[this.#page.value] ?? [];
     const largest = Math.min((across - RIMS) / (board.columns + 1), (down - RIMS - RULERS) / (board.rows + 1));
     const fits = !(board.square_m * 1000 > largest);
-    this.#fits.hidden = fits;
+    this.#fits.hidden = fits || files;
     this.#print.hidden = !fits;
     const advice = t("calibration-setup.at_most_floor_mm_do_enter", { floor: Math.floor(largest) });
     write(

@@ -16,7 +16,6 @@ const FOUND = "#43d1e8";
 const COUNTED = "#63d69a";
 const REFUSED = "#f3b453";
 const WANTED = "#f08ae8";
-const DIMMED_SHARE = 0.3; // of the opacity
 const UNDER = "rgb(0 0 0 / 0.6)";
 
 /** @type {Readonly<Record<string, string>>} */
@@ -59,11 +58,9 @@ export function drawCorners({ brush, place, unit }, corners, columns, kind) {
  * @param {Sheet} sheet
  * @param {Advice} advice
  * @param {number} columns
- * @param {boolean} dimmed
  */
-export function drawGhost({ brush, place, unit }, { outline, corners }, columns, dimmed) {
+export function drawGhost({ brush, place, unit }, { outline, corners }, columns) {
   brush.save();
-  if (dimmed) brush.globalAlpha = DIMMED_SHARE;
   const rim = ring(outline, place);
   brush.fillStyle = "rgb(240 138 232 / 0.16)";
   brush.fill(rim);

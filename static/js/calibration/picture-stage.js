@@ -33,7 +33,8 @@ export class PictureStage extends HTMLElement {
     const unit = Math.min(devicePixelRatio, 2);
     const scale = Math.min(this.clientWidth / frame.width, this.clientHeight / frame.height);
     const [width, height] = [Math.floor(frame.width * scale), Math.floor(frame.height * scale)];
-    const advice = calibration.progress.ready ? null : calibration.advice;
+    const taken = calibration.source === "upload"; // nobody can hold a board as advised in such a picture
+    const advice = calibration.progress.ready || taken ? null : calibration.advice;
     const seen = fits(frame, verdict) ? verdict : null;
     const film = this.#film(frame, `${width}px`, `${height}px`, mirrored);
     if (!isNew(this, frame.key, seen?.number, seen?.stamp_s, advice?.words, width, unit, mirrored)) return;
@@ -54,9 +55,8 @@ export class PictureStage extends HTMLElement {
     const place = ([u, v]) => [mirrored ? across - (u + 0.5) * factor : (u + 0.5) * factor, (v + 0.5) * factor];
     const sheet = { brush, place, unit };
     const corners = seen?.corners ?? [];
-    const still = calibration.source === "upload"; // such pictures were not taken to match the advice
-    const way = advice && !still && hint(corners, advice.corners, calibration.size?.[0] ?? frame.width);
-    if (advice && verdict?.kind !== "background") drawGhost(sheet, advice, calibration.board.columns, still);
+    const way = advice && hint(corners, advice.corners, calibration.size?.[0] ?? frame.width);
+    if (advice && verdict?.kind !== "background") drawGhost(sheet, advice, calibration.board.columns);
     if (seen?.laser) drawLaser(sheet, seen.laser);
     if (corners.length) drawCorners(sheet, corners, calibration.board.columns, seen?.kind ?? "");
     if (way && seen?.kind !== "counted") drawWay(sheet, way, (words) => (mirrored ? inMirror(words) : words));

@@ -89,7 +89,9 @@ export class AdviceLine extends HTMLElement {
     this.#amend.hidden = !may || this.#counts === null;
     const seen = this.#counts && sizeOf(this.#counts);
     const words = seen ? t("advice-line.this_looks_like", { seen, entered: sizeOf(board) }) : usual;
-    write(this.#words, inLanguage(mirrored ? inMirror(words) : words));
+    const advised = inLanguage(mirrored ? inMirror(words) : words);
+    const missing = source === "upload" && words === advice?.words;
+    write(this.#words, missing ? t("advice-line.a_picture_more_would_help", { advised }) : advised);
     if (seen) write(this.#amend, t("advice-line.use_size", { seen }));
     this.#skip.hidden = !may || progress.ready || !advice || source === "upload";
   }
