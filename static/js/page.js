@@ -11,6 +11,7 @@ import "./ui/theme.js";
 import { Session } from "./net/session.js";
 import { enterByLink } from "./panels/login-view.js";
 import { Shell } from "./shell/shell.js";
+import { takeComma } from "./ui/decimal-comma.js";
 import { Panel } from "./ui/panel.js";
 import { isPressed } from "./ui/press.js";
 import { writeTexts } from "./ui/texts.js";
@@ -46,6 +47,7 @@ export function startPage(begin) {
   adopt(document);
   begin(session, shell);
   redraw(session, panels, shell);
+  addEventListener("keydown", takeComma);
   addEventListener("hashchange", enterByLink);
   for (const page of ["recordings", "maps"]) addEventListener(`show-${page}`, () => shell.go(page));
   addEventListener("pagehide", () => session.suspend());

@@ -180,12 +180,14 @@ def test_a_setting_is_changed_refused_and_taken_back(visit: Open, console: Runni
     speed.fill("140")
     speed.press("Tab")
     says = here.find("#setting-voice-speed-says")
-    expect(says).to_have_text("[voice] speed is 140 words/min now.")
+    expect(says).to_have_text("Rate of speaking: 140 words/min now.")
     fast = here.page.get_by_label(re.compile("^Highest speed"))
     fast.fill("9")
     fast.press("Tab")
     expect(here.find("#setting-limits-max_speed-says")).to_have_text(re.compile(r"must lie between 0.01 and 1 m/s"))
-    fast.fill("0.25")
+    fast.fill("")
+    fast.press_sequentially("0,25")  # a comma is dropped by a browser that knows the point alone: 25
+    expect(fast).to_have_value("0.25")
     fast.press("Tab")
     expect(here.find(".settings-restart")).to_contain_text("next start")
     for name in ("voice/speed", "limits/max_speed"):
@@ -193,7 +195,6 @@ def test_a_setting_is_changed_refused_and_taken_back(visit: Open, console: Runni
     expect(here.find(".settings-restart")).to_be_hidden()
     assert not any(one["value"] != one["default"] for one in console.ask("api/settings")["settings"])
     here.page.keyboard.press("Escape")
-    here.complaints[:] = [each for each in here.complaints if "422" not in each]  # the browser notes the refusal
 
 
 def test_on_the_narrowest_page_no_name_of_an_experiment_meets_its_button(visit: Open) -> None:

@@ -111,8 +111,15 @@ export class SettingsSheet extends Sheet {
       say(field, t("settings-sheet.type_a_number"), true);
       return;
     }
+    const outside = outsideOf(one, value);
+    if (outside) {
+      say(field, outside, true);
+      this.session.announce(outside);
+      return;
+    }
     try {
-      const { setting, sentence } = await send(`api/settings/${one.section}/${one.name}`, "PUT", { value });
+      const { setting } = await send(`api/settings/${one.section}/${one.name}`, "PUT", { value });
+      const sentence = changedTo(setting);
       this.#show(setting);
       say(field, sentence, false);
       this.session.announce(sentence);
@@ -155,6 +162,20 @@ const sentenceOf = (meaning) => `${meaning.charAt(0).toUpperCase()}${meaning.sli
 
 /** @param {Setting} one */
 const bounds = ({ low, high, unit }) => (low === null || high === null ? "" : `${low}–${high}${unit && ` ${unit}`}. `);
+
+/** Why the console would refuse a number; "" where it does not. @param {Setting} one @param {Value | null} value */
+function outsideOf(one, value) {
+  const { low, high, unit } = one;
+  if (typeof value !== "number" || low === null || high === null || (value >= low && value <= high)) return "";
+  return t("settings-sheet.must_lie_between", { name: nameOf(one), low, high: inWords(high, unit), value });
+}
+
+/** @param {Setting} one after its change */
+const changedTo = (one) =>
+  t(one.live ? "settings-sheet.is_now" : "settings-sheet.saved_from_the_next_start", {
+    name: nameOf(one),
+    value: inWords(one.saved, one.unit),
+  });
 
 /** @param {Value} value @param {string} unit */
 const inWords = (value, unit) =>
