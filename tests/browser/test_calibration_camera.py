@@ -79,7 +79,8 @@ def test_a_camera_is_calibrated_by_whoever_follows_the_page(visit: Open, console
     page.get_by_role("button", name="Done: review and use").click()
     review(here)
     page.get_by_role("button", name="Use this calibration").click()
-    expect(page.get_by_role("heading", name="Accepted, but not used")).to_be_visible(timeout=SOON)  # 320x240, not 320x256
+    # The film has 320x240 pictures, the simulated camera 320x256.
+    expect(page.get_by_role("heading", name="Accepted, but not used")).to_be_visible(timeout=SOON)
     expect(here.find(".review-words")).to_contain_text("pictures, this robot's camera gives")
     used = console.ask("api/calibration/in-use")["camera"]
     assert abs(used["fx"] - CAMERA.fx) < max(4 * used["sd"]["fx"], 1.0)

@@ -337,10 +337,14 @@ def test_who_may_not_drive_because_another_does_asks_or_takes_over_right_there(
     first.find("lease-chip button").first.click()
     first.button("Take control").click()
     status = second.find("command-status")
-    expect(status).to_contain_text("drives. Press the wheel above.")
+    expect(status.locator(".status-remark")).to_have_text(re.compile(r"\S drives\.$"))  # its buttons say the rest
     status.get_by_role("button", name="Ask for control").click()
     expect(status.get_by_role("button", name="Ask for control")).to_be_disabled()
+    expect(status).to_contain_text(re.compile(r"drives\. Asked: \d+ s to answer\."))
+    first.page.set_viewport_size({"width": 390, "height": 844})
     banner = first.find(".banner").filter(has_text="asks for control")
+    answers = [banner.get_by_role("button", name=name).bounding_box() for name in ("Give control", "Keep it")]
+    assert answers[0] and answers[1] and answers[0]["y"] == answers[1]["y"], "two answers stand side by side"
     banner.get_by_role("button", name="Keep it").click()
     expect(status.get_by_role("button", name="Ask for control")).to_be_enabled()
     status.get_by_role("button", name="Take over").click()

@@ -39,7 +39,7 @@ def test_within_the_first_minute_someone_calls_and_the_robot_comes(visit: Open, 
         console=newly_started, before=lambda page: page.add_init_script("localStorage.setItem('beckon.map', 'flat')")
     )
     expect(here.find(".person-chip")).to_have_count(2)
-    expect(here.find('[data-command="come_here"] .chip-note')).to_have_text("heard nobody yet")
+    expect(here.find('[data-command="come_here"] .chip-note')).to_have_text("no voice just now")
     begun = newly_started.ask("api/state")["stamp_s"]
     here.find('[data-command="come_here"]').click()
     expect(here.find("command-status")).to_contain_text("I heard nobody")

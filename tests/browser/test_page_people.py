@@ -50,6 +50,11 @@ def test_someone_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> N
     expect(here.find(".people-waits")).to_be_empty()
     expect(page.get_by_role("heading", name="That is enough")).to_be_visible()
     expect(here.find(".people-strip .sketch-outline")).to_have_count(4)
+    page.set_viewport_size({"width": 390, "height": 844})
+    german = "(one) => (one.textContent = 'Leeren Raum neu aufnehmen')"
+    here.button("Retake the empty room").locator("span").evaluate(german)
+    ends = "[...document.querySelectorAll('.people-buttons > *')].map((one) => one.getBoundingClientRect().right)"
+    assert max(page.evaluate(ends)) < 390, "no button reaches out of a phone's card, in German either"
     loaded = "[...document.querySelectorAll('.people-strip img')].every((one) => one.naturalWidth > 0)"
     here.until(lambda: page.evaluate(loaded), "the pictures are shown")
 
@@ -61,6 +66,8 @@ def test_someone_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> N
     (ann,) = console.live.ask("GET", "/api/sim/people", token=console.live.viewer).json["people"]
     assert (ann["id"], ann["x_m"], ann["y_m"]) == ("Ann", 1.0, 1.0), "she is back where she was"
     here.button("That is me").click()
+    expect(page.get_by_role("heading", name="Whom does the robot come to?")).to_be_in_viewport()  # that it worked
+    page.set_viewport_size({"width": 1100, "height": 760})
     page.get_by_role("radio", name="Only Ann").check(force=True)
     here.until(lambda: console.chosen() is not None, "Ann is chosen")
     expect(page.get_by_role("radio", name="Only Ann")).to_be_checked()
@@ -75,3 +82,21 @@ def test_someone_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> N
     expect(page.get_by_role("radio", name="Only Ann")).to_have_count(0)
     expect(page.get_by_role("radio", name="Anybody Every caller")).to_be_checked()
     assert console.chosen() is None
+
+
+def test_a_person_who_is_near_takes_the_same_room_whatever_their_distance(visit: Open, console: Near) -> None:
+    there = {"what": "person", "id": "Ann", "x_m": 1.0, "y_m": 1.0, "clothes": "red/blue"}
+    console.live.ask("POST", "/api/sim/place", there, token=console.live.operator)
+    here = visit(size=(1440, 900))
+    here.page.get_by_role("link", name="Drive").click()
+    here.page.get_by_role("tab", name="Voices").click()
+    chip = here.find(".person-chip")
+    expect(chip).to_be_visible()
+    width = """(chip, words) => {
+        const note = chip.querySelector(".note").cloneNode();
+        note.textContent = words;
+        chip.querySelector(".note").replaceWith(note);
+        return chip.getBoundingClientRect().width;
+    }"""
+    near, far = (chip.evaluate(width, words) for words in ("0.9 m, 9° left", "1.3 m, 127° right"))
+    assert near == far, "else what stands below it moves under the pointer while the robot drives"

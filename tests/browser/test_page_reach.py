@@ -94,6 +94,24 @@ def test_the_bar_ends_before_stop_in_german_too(visit: Open) -> None:
         assert menu and stop and menu["x"] + menu["width"] <= stop["x"], width
 
 
+def test_a_phones_bar_is_whole_without_a_link_in_german_too(visit: Open) -> None:
+    here = visit(
+        size=PHONE,
+        at="recordings",
+        before=lambda page: page.add_init_script("localStorage.setItem('beckon.language', 'de')"),
+    )
+    here.page.context.set_offline(True)
+    try:
+        expect(here.find("link-chip .link-text")).to_have_text("getrennt")
+        menu = here.find("app-menu").bounding_box()
+        assert menu and menu["x"] + menu["width"] <= PHONE[0]
+        assert here.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    finally:
+        here.page.context.set_offline(False)
+    expect(here.find("link-chip .link-text")).not_to_have_text("getrennt")
+    here.complaints.clear()  # of files that could not be had
+
+
 def test_on_a_phones_side_nothing_lies_under_stop_and_words_are_offered_in_sight(visit: Open) -> None:
     german = "localStorage.setItem('beckon.language', 'de')"
     here = visit(size=(844, 390), before=lambda page: page.add_init_script(german))

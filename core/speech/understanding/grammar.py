@@ -72,6 +72,7 @@ ENDS = " .,;:!"  # what may stand behind a sentence
 NO_COMMAND_ENDINGS = {"?": Statement("words.question"), "..": Statement("words.breaks_off")}
 """Ends of a sentence that is no command, and why."""
 QUOTED = re.compile(r"""(["'])(.*)\1""")
+GERMAN = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"})
 TYPESET = str.maketrans("\u00a0\u2009\u202f\u2010\u2011\u2212‘’“”", "   ---''\"\"") | {ord("…"): "..."}
 """Spaces, hyphens, the minus sign, and quotes as printers write them → as keyboards do. A dash may be neither."""
 STOP_WORD = re.compile(r"(?<![^\W\d_])(?:(?:s+t(?:o|ooo+)p+)+|s([-._ ])t\1o\1p)(?![^\W\d_])")
@@ -291,6 +292,14 @@ def _misspells(word: str) -> bool:
     return len(word) > 4 and bool(nearest(word, (one for one in AROUND_NUMBERS if len(one) > 4)))
 
 
+def plain_letters(words: str) -> str:
+    """Letters with marks as letters from a to z: "Küche" → "Kueche", "café" → "cafe"; what else there is stays."""
+    if words.isascii():
+        return words
+    spelt = unicodedata.normalize("NFC", words).translate(GERMAN)
+    return "".join(c for c in unicodedata.normalize("NFD", spelt) if unicodedata.category(c) != "Mn")
+
+
 def _tidy(words: str) -> tuple[str | None, str]:
     """Lower case, single spaces, no marks around the sentence; None for what is no plain utterance. And why it is no
     command by its end; "" for no reason.
@@ -298,7 +307,7 @@ def _tidy(words: str) -> tuple[str | None, str]:
     text = words.strip(" \t\r\n") if len(words) <= 10 * MAX_CHARACTERS else words
     if len(text) > MAX_CHARACTERS:
         return None, ""
-    text = text.translate(TYPESET)
+    text = plain_letters(text.translate(TYPESET))
     if not text.isascii() or not text.isprintable():
         return None, ""
     text, end = _ended(text.lower())

@@ -11,7 +11,16 @@ from core.commands.stop_moving import STOP_PHRASES
 from core.errors import BadInput
 from core.navigation.places import NamedPlace
 from core.sentences import Statement
-from core.speech.understanding.grammar import OTHER_WORDS, READ, OwnPhrase, OwnPhrases, compiled, says_stop, slips
+from core.speech.understanding.grammar import (
+    OTHER_WORDS,
+    READ,
+    OwnPhrase,
+    OwnPhrases,
+    compiled,
+    plain_letters,
+    says_stop,
+    slips,
+)
 from core.speech.understanding.numbers import VALUES, WHOLE_WORDS
 from core.speech.understanding.own_phrases import sound_key, too_close
 
@@ -24,8 +33,10 @@ ARTICLE = "the "
 
 
 def tidy_name(name: str) -> str:
-    """A name as it is kept: single spaces, without an article. Raises BadInput with what a name may be."""
-    tidy = " ".join(name.split())
+    """A name as it is kept: single spaces, letters from a to z, without an article. Raises BadInput with what a name
+    may be.
+    """
+    tidy = plain_letters(" ".join(name.split()))
     tidy = tidy[len(ARTICLE) :] if tidy.lower().startswith(ARTICLE) else tidy
     if not MIN_NAME_LETTERS <= len(tidy) <= MAX_NAME_LETTERS or not NAME.fullmatch(tidy):
         raise BadInput(Statement("places.name_form", least=MIN_NAME_LETTERS, most=MAX_NAME_LETTERS))

@@ -14,6 +14,7 @@ import { chainOf, LastVoice } from "../ui/sensed.js";
 import { StatusLog } from "../ui/status.js";
 import { t } from "../ui/texts.js";
 import { ToGo } from "../ui/to-go.js";
+import { asking } from "./lease-chip.js";
 import { routeWords } from "./route-card.js";
 
 /** @import { HistoryRow } from "../net/rest.js" */
@@ -176,7 +177,7 @@ class CommandStatus extends Panel {
     const refused = line.state === "" || line.state === "refused";
     const late = line.state === "refused" ? (state?.late_command ?? null) : null;
     if (late && permission.may !== "no") this.#offerLate(line, late);
-    else if (permission.held && refused && !offered.length) this.#offerControl(line, state?.lease.asked_by ?? "");
+    else if (permission.held && refused && !offered.length) this.#offerControl(line, view);
     else if (route?.state === "paused" && line.state !== "refused")
       this.#show({ ...line, icon: "pause", words: routeWords(route), remark: route.reason, state: "paused" });
     else if (route && ["", "running", "done"].includes(line.state))
@@ -241,12 +242,15 @@ class CommandStatus extends Panel {
     this.#suggestions.replaceChildren(now);
   }
 
-  /** @param {StatusLine} line @param {string} asked who asks for control already */
-  #offerControl(line, asked) {
-    this.#write({ ...line, state: line.state || "held" });
-    const key = `control ${asked}`;
-    if (!this.#offers(key)) return;
-    const ask = make("button.chip", { disabled: asked !== "" }, t("lease-chip.ask_for_control"));
+  /** @param {StatusLine} line @param {View} view */
+  #offerControl(line, { state, hello }) {
+    if (!state || !hello) return;
+    const { holder, asked_by: asked } = state.lease;
+    const words = line.state ? line.remark : t("command-status.holder_drives", { holder });
+    const answer = asked ? asking(state.lease, hello.you.id) : "";
+    this.#write({ ...line, remark: answer ? `${words} ${answer}.` : words, state: line.state || "held" });
+    if (!this.#offers(`control ${asked}`)) return;
+    const ask = make("button.chip", { disabled: asked !== null }, t("lease-chip.ask_for_control"));
     const take = make("button.chip", { onclick: () => void this.session.lease("take") }, t("lease-chip.take_over"));
     ask.addEventListener("click", () => void this.session.lease("ask"));
     this.#suggestions.replaceChildren(ask, take);

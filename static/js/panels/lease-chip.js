@@ -100,7 +100,7 @@ function describe(hello, { lease }) {
 }
 
 /** @param {import("../net/messages.js").LeaseState} lease @param {string} me */
-function asking({ asked_by, asked_by_id, answer_within_s }, me) {
+export function asking({ asked_by, asked_by_id, answer_within_s }, me) {
   if (!asked_by) return t("lease-chip.ask_for_control");
   return asked_by_id === me
     ? t("lease-chip.asked_ceil_s_to_answer", { ceil: Math.ceil(answer_within_s ?? 0) })

@@ -347,6 +347,7 @@ class PeopleEnrollment extends PagePanel {
     if (!(await this.model.finish(name))) return;
     this.#name.value = "";
     this.session.announce(t("people-enrollment.name_is_enrolled", { name }));
+    document.querySelector("people-known")?.scrollIntoView(); // who it is now comes first there
   }
 }
 
