@@ -18,7 +18,7 @@ export function grouped(attempts) {
   /** @type {Map<string, {names: string[], kind: string, words: string}>} */
   const groups = new Map();
   for (const { name, kind, words } of attempts) {
-    const key = kind === "counted" ? kind : `${kind} ${words}`; // a view that counts is told by its name
+    const key = kind === "counted" ? kind : `${kind} ${words}`; // counted views stand in one row, by name
     const group = groups.get(key) ?? { names: [], kind, words };
     group.names.push(name);
     groups.set(key, group);
