@@ -19,6 +19,8 @@ from core.errors import BadInput, Unwritable
 UNFINISHED = ".new"  # ends the name of a file while it is written; a dot begins it
 SEAL = "sha256"  # the key of a checksum
 ABANDONED_S = 60.0  # after its last change nobody writes an unfinished file any more
+LFS_POINTER = b"version https://git-lfs.github.com/spec/"  # begins what Git leaves in place of a large file
+LFS_WORDS = "only points to the file, which Git LFS holds: fetch it with git lfs pull"
 TRIAL_BYTES = 4096  # that are written to find out whether a folder can be written to
 
 REMEDIES = {

@@ -36,8 +36,8 @@ def read_sound(path: str | Path, stamp: float = 0.0) -> Sound:
         rate, samples = _compressed(place, "FLAC")
     elif head[:4] == b"OggS":
         rate, samples = _compressed(place, "Ogg")
-    elif head[:4] in (b"RF64", b"RIFX"):
-        raise BadInput(f"{place.name} is a WAV file of an unusual kind ({head[:4].decode()}); save it as plain WAV.")
+    elif head[:4] in (b"RF64", b"RIFX"):  # larger than 4 GB; big-endian
+        rate, samples = _compressed(place, head[:4].decode())
     else:
         raise BadInput(f"{place.name} is neither WAV, FLAC nor Ogg; convert it to one of them.")
     if not usable(samples):

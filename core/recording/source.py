@@ -18,6 +18,7 @@ import lz4.frame
 import zstandard
 
 from core.errors import BadInput
+from core.files import LFS_POINTER, LFS_WORDS
 from core.recording.read_report import BadRecord
 
 CHUNK_BYTES = 1 << 20  # read at once while searching or unpacking
@@ -40,9 +41,14 @@ def open_file(path: Path, largest: int) -> BinaryIO:
                 f"{path.name} has {size / 1e9:.1f} GB; at most {largest / 1e9:.1f} GB are read. "
                 "Cut it into parts, or raise log.largest_file_mb in the settings."
             )
-        return path.open("rb")
+        file = path.open("rb")
     except (OSError, ValueError) as problem:
         raise BadInput(f"{path.name} cannot be opened: {problem}.") from problem
+    if file.read(len(LFS_POINTER)) == LFS_POINTER:
+        file.close()
+        raise BadInput(f"{path.name} {LFS_WORDS}.")
+    file.seek(0)
+    return file
 
 
 class BinaryLog:

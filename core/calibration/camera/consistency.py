@@ -1,10 +1,10 @@
 """Consistency of the model: could one camera, and one board of square squares, have made all the pictures?
 
 The solution of all views is compared with what explains them better: two cameras, each of its own part of the views
-(a mixture), squares that are longer one way, a board that is bent, another focal length. Where a rival explains much
-more than noise can, the standard deviations of the single camera mean nothing, however small they are. What hardly
-raises the errors (a focal length or a principal point that differs from view to view, a board that moves while its
-rows are read, skew) is found by tests of the score.
+(a mixture), squares that are longer one way or off a right angle, a board that is bent, another focal length. Where a
+rival explains much more than noise can, the standard deviations of the single camera mean nothing, however small they
+are. What hardly raises the errors (a focal length or a principal point that differs from view to view, a board that
+moves while its rows are read, skew) is found by tests of the score.
 """
 
 from typing import NamedTuple
@@ -21,9 +21,11 @@ LEAST_SHARE = 0.2  # of the squared errors that a rival must explain …
 LEAST_F = 30.0  # … and by how much more per unknown than noise does
 LEAST_STRENGTH = 36.0  # square of the standard deviations by which a board's shape differs, per unknown
 LEAST_ASPECT = 0.002  # by which a square's height over its width differs from 1
+LEAST_SHEAR = 0.002  # by which a column moves along the rows, per unit of its length
 SHAPES = {
     "board.unequal_squares": (len(PARAMETERS),),
-    "board.bent": tuple(range(len(PARAMETERS) + 1, len(PARAMETERS) + 4)),
+    "board.sheared": (len(PARAMETERS) + 1,),
+    "board.bent": tuple(range(len(PARAMETERS) + 2, len(PARAMETERS) + 5)),
 }
 """Numbers of a board's unknowns in `equations`, by the code of their check."""
 SHAPE_TURNS = 3  # of solving for a board's shape and the camera by turns
@@ -64,9 +66,8 @@ class PictureGroup:
 class BoardShape:
     """A board that is not as printed, as the pictures say."""
 
-    code: str  # of the check
     points: Array  # (N, 3) [m] of its corners
-    extent: float  # height of a square over its width, less 1; or from the lowest to the highest corner [m]
+    extents: dict[str, float]  # by code: height of a square over its width, less 1; shear; or of a bend [m]
     unknowns: tuple[int, ...]  # numbers in `equations`
 
 
@@ -126,7 +127,7 @@ def find_variation(corners: Corners, solution: BundleSolution, known: NormalEqua
 
     Score tests of a focal length, a principal point and a motion of its own for every view, and of a skew for all,
     against what the views' own cameras and motions gain besides. That also counts what no camera explains (another
-    lens); the board's shape of second order, in its plane and out of it, is allowed for.
+    lens); the board's shape up to second order, in its plane and out of it, is allowed for.
     """
     kept = np.flatnonzero(corners.views_used)
     some, here = corners.take(kept), BundleSolution(solution.camera, solution.poses.take(kept))
@@ -425,31 +426,41 @@ def equations(corners: Corners, solution: BundleSolution) -> NormalEquations:
 
 
 def _shapes(points: Array) -> list[Array]:
-    """Displacements (N, 3) of a board's corners (N, 3) per unit of SHAPES: taller squares, then bends."""
-    return [points * (0.0, 1.0, 0.0), *(each[:, None] * (0.0, 0.0, 1.0) for each in _bends(points).T)]
+    """Displacements (N, 3) of a board's corners (N, 3) per unit of SHAPES: taller squares, shear, then bends."""
+    return [
+        points * (0.0, 1.0, 0.0),
+        points[:, [1, 0, 2]] * (1.0, 0.0, 0.0),
+        *(each[:, None] * (0.0, 0.0, 1.0) for each in _bends(points).T),
+    ]
 
 
 def find_shape(
-    code: str, corners: Corners, solution: BundleSolution, known: NormalEquations, least: float
+    least: dict[str, float], corners: Corners, solution: BundleSolution, known: NormalEquations
 ) -> BoardShape | None:
-    """The board's shape of one of the SHAPES, if the used views show beyond doubt that it is not as printed, by an
-    extent of `least`. `known`: the equations at this solution.
+    """The board's shape in some of the SHAPES, if the used views show beyond doubt that it is not as printed in each
+    of them, by an extent of `least`. `known`: the equations at this solution.
     """
-    unknowns, shaped, found, extent = SHAPES[code], corners, np.zeros(len(SHAPES[code])), 0.0
-    forms = np.stack(_shapes(corners.points))[np.array(unknowns) - len(PARAMETERS)]
+    unknowns, shaped, extents = (
+        tuple(number for code in least for number in SHAPES[code]),
+        corners,
+        dict[str, float](),
+    )
+    places = {code: np.isin(unknowns, SHAPES[code]) for code in least}
+    forms, found = np.stack(_shapes(corners.points))[np.array(unknowns) - len(PARAMETERS)], np.zeros(len(unknowns))
     for turn in range(SHAPE_TURNS + 1):
         precision, pull = (known if turn == 0 else equations(shaped, solution)).of((*PAPER, *unknowns))
         covariance = bundle_adjustment.covariance(precision.sum(axis=0), 1.0)
         found, share = found - (covariance @ pull.sum(axis=0))[len(PAPER) :], (turn + 1) / (SHAPE_TURNS + 1)
-        extent = float(found[0] if len(found) == 1 else np.ptp(found @ forms[:, :, 2]))
-        if abs(extent) < least * share:
-            return None
         spread = covariance[len(PAPER) :, len(PAPER) :] * bundle_adjustment.noise(shaped, solution, PAPER) ** 2
-        if float(found @ np.linalg.solve(spread, found)) / len(found) < LEAST_STRENGTH * share:
-            return None
+        for code, which in places.items():
+            part = found[which]
+            extents[code] = float(part[0] if len(part) == 1 else np.ptp(part @ forms[which, :, 2]))
+            strength = float(part @ np.linalg.solve(spread[np.ix_(which, which)], part)) / len(part)
+            if abs(extents[code]) < least[code] * share or strength < LEAST_STRENGTH * share:
+                return None
         shaped = corners._replace(points=corners.points + np.tensordot(found, forms, 1))
         solution = bundle_adjustment.refine(shaped, solution, PAPER)
-    return BoardShape(code=code, points=shaped.points, extent=extent, unknowns=unknowns)
+    return BoardShape(points=shaped.points, extents=extents, unknowns=unknowns)
 
 
 def _bends(points: Array) -> Array:

@@ -191,22 +191,45 @@ def _consistently(everything: Corners, size: tuple[int, int]) -> _Found:
     """
     found = _solve_robustly(everything, size)
     part = _part_of(found, size)
-    least_bend = consistency.LEAST_BEND if part is None else 0.0  # any bend is likelier than a second camera
-    least_bend *= 2 * float(np.linalg.norm(everything.points - everything.points.mean(axis=0), axis=1).max())
-    rivals: list[_Found] = []
-    for code, least in (("board.unequal_squares", consistency.LEAST_ASPECT), ("board.bent", least_bend)):
-        shape = consistency.find_shape(code, found.corners, found.solution, found.equations, least)
-        if shape is not None:
-            rivals.append(_solve_robustly(everything._replace(points=shape.points), size)._replace(shape=shape))
-    whole = [rival for rival in rivals if _part_of(rival, size) is None]
-    if whole:
-        return min(whole, key=lambda each: bundle_adjustment.noise(each.corners, each.solution, PAPER))
+    flat, shaped, left = found, found, part
+    while (rival := _with_shape(flat, shaped.shape, size, left is not None)) is not None:  # bent and askew, say
+        shaped, left = rival
+        if left is None:
+            found, part = shaped, None
     if not isinstance(part, PictureGroup) or not part.is_minority(len(everything.pixels)):
         return found._replace(part=part)
     others = ~np.isin(np.arange(len(everything.pixels)), part.views)
     found = _solve_robustly(everything, size, others)
     again = consistency.find_variation(found.corners, found.solution, found.equations)  # the others may vary, too
     return found._replace(part=again or part)
+
+
+def _with_shape(
+    flat: _Found, shape: BoardShape | None, size: tuple[int, int], parted: bool
+) -> tuple[_Found, PictureGroup | Variation | None] | None:
+    """The solution with a board that differs from what is printed in one more way than in `shape`, in the way that
+    explains all views best, and what it leaves.
+
+    `flat`: the solution for a board as printed. `parted`: the views disagree so far; any bend is likelier than two
+    cameras.
+    """
+    points, rivals = flat.everything.points, list[tuple[_Found, PictureGroup | Variation | None]]()
+    diagonal = 2 * float(np.linalg.norm(points - points.mean(axis=0), axis=1).max())
+    least = {
+        "board.unequal_squares": consistency.LEAST_ASPECT,
+        "board.sheared": consistency.LEAST_SHEAR,
+        "board.bent": 0.0 if parted else consistency.LEAST_BEND * diagonal,
+    }
+    known = {code: least[code] for code in least if shape is not None and code in shape.extents}
+    for code in (each for each in least if each not in known):
+        more = consistency.find_shape(known | {code: least[code]}, flat.corners, flat.solution, flat.equations)
+        if more is not None:
+            rival = _solve_robustly(flat.everything._replace(points=more.points), size)._replace(shape=more)
+            rivals.append((rival, _part_of(rival, size)))
+    whole = [each for each in rivals if each[1] is None] or rivals
+    return min(
+        whole, key=lambda each: bundle_adjustment.noise(each[0].corners, each[0].solution, PAPER), default=None
+    )
 
 
 def _part_of(found: _Found, size: tuple[int, int]) -> PictureGroup | Variation | None:
@@ -283,10 +306,13 @@ def _off_centre(camera: Array, covariance: Array, size: tuple[int, int]) -> tupl
 
 def _faults(found: _Found, views: Sequence[ViewCorners], board: Board) -> tuple[Fault, ...]:
     faults: list[Fault] = []
-    if found.shape is not None:
-        wide, extent = board.square * 1e3, found.shape.extent
+    for code, extent in () if found.shape is None else found.shape.extents.items():
+        wide = board.square * 1e3
         high = {"wide": f"{wide:.1f}", "high": f"{wide * (1 + extent):.1f}", "share": f"{100 * extent:+.2f}"}
-        faults.append(fault(found.shape.code, used=True, depth=f"{1e3 * extent:.1f}", **high))
+        along, down = (board.columns - 1) * wide, (board.rows - 1) * wide
+        diagonals = np.hypot(along + extent * down, down) - np.hypot(along - extent * down, down)
+        askew = {"degrees": f"{abs(np.rad2deg(extent)):.2f}", "diagonals": f"{abs(diagonals):.1f}"}
+        faults.append(fault(code, used=True, depth=f"{1e3 * extent:.1f}", **high, **askew))
     if isinstance(found.part, Variation):
         extent = found.part.extent
         values = {"share": f"{100 * extent:.1f}", "pixels": f"{extent:.1f}", "degrees": f"{abs(extent):.2f}"}

@@ -16,6 +16,7 @@ import numpy as np
 
 from core.calibration.files.pgm import HeadMismatch, in_8_bits, pgm_size, read_pgm
 from core.errors import BadInput
+from core.files import LFS_POINTER, LFS_WORDS
 from core.message import Array
 from core.sensors.checks import UnusableReading, fault
 
@@ -72,6 +73,8 @@ def decode(content: bytes, how: int, *, upright: bool = False, live: bool = Fals
     A damaged JPEG, which is grey from the damage on, is refused, but not among pictures of a `live` stream.
     """
     header = look(content)
+    if content.startswith(LFS_POINTER):
+        raise BadInput(f"it {LFS_WORDS}")
     if header is None:
         raise BadInput("this is no JPEG, PNG, BMP, WebP or PGM picture")
     most = MOST_OF_A_PHOTOGRAPH if upright else MOST_PIXELS

@@ -78,6 +78,11 @@ def test_pictures_of_other_depths_and_heads_show_the_same(content: bytes) -> Non
     assert colours.shape == (120, 160, 3) and np.abs(colours.astype(int) - SHAPES[..., None]).max() <= 1
 
 
+def test_what_git_leaves_in_place_of_a_picture_is_named() -> None:
+    with pytest.raises(BadInput, match="git lfs pull"):
+        decode(b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 9\n", cv2.IMREAD_GRAYSCALE)
+
+
 @pytest.mark.parametrize(
     "content", [b"P5 159 120 255\n" + SHAPES.tobytes(), b"P5 160 120 255\n" + SHAPES.astype(">u2").tobytes()]
 )

@@ -83,13 +83,23 @@ def test_chunks_of_others_are_passed_over(tmp_path):
     assert read_sound(path).samples[0, 0] == 1 / 32768
 
 
+@pytest.mark.parametrize(("kind", "order"), [("RF64", "LITTLE"), ("WAV", "BIG")])
+def test_wav_files_beyond_4_gb_and_big_endian_ones_are_read(tmp_path, kind, order):
+    path, samples = tmp_path / "other.wav", np.arange(24).reshape(12, 2) / 32768
+    soundfile.write(path, samples, 16_000, subtype="PCM_16", format=kind, endian=order)
+    assert path.read_bytes()[:4] in (b"RF64", b"RIFX")
+    sound = read_sound(path)
+    assert sound.rate == 16_000 and np.array_equal(sound.samples, samples)
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
         (b"", "empty"),
         (b"RIFF", "neither WAV, FLAC nor Ogg"),
         (b"ID3\x04" + bytes(100), "neither WAV, FLAC nor Ogg"),
-        (b"RF64" + bytes(4) + b"WAVE" + bytes(50), "unusual kind"),
+        (b"RF64" + bytes(4) + b"WAVE" + bytes(50), "damaged RF64"),
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 9\n", "git lfs pull"),
         (b"fLaC" + bytes(100), "damaged FLAC"),
         (b"OggS" + bytes(100), "damaged Ogg"),
         (b"RIFF" + bytes(4) + b"WAVE", "no samples"),

@@ -116,6 +116,22 @@ def test_squares_that_are_not_square_are_measured_and_taken_into_account(height:
     assert max(off(found, name) for name in ("fx", "fy", "cx", "cy")) < 3.5
 
 
+@pytest.mark.parametrize("shear", [0.003, pytest.param(-0.01, marks=CAMPAIGN)])
+@pytest.mark.parametrize("rise", [0.0, 0.001])
+def test_a_board_that_was_printed_askew_is_no_skew_of_the_camera(shear: float, rise: float) -> None:
+    rng = np.random.default_rng(5)
+    away = BOARD.points[:, :2] - BOARD.centre[:2]
+    shape = BOARD.points + np.column_stack(
+        (shear * away[:, 1], 0 * away[:, 1], rise * np.sum(away**2, axis=1) / 0.15**2)
+    )
+    pixels = project(vector_of(LENS), held(rng, 14, LENS, BOARD), shape)
+    found = calibrate(views_of(pixels + rng.normal(0, NOISE, pixels.shape)), BOARD, SIZE)
+    assert {each.code for each in found.faults} == {"board.sheared", *(["board.bent"] if rise else [])}
+    askew = next(each for each in found.faults if each.code == "board.sheared")
+    assert float(askew.values["degrees"]) == pytest.approx(np.rad2deg(abs(shear)), abs=0.03)
+    assert max(off(found, name) for name in ("fx", "fy", "cx", "cy")) < 3.5 and not found.undecided
+
+
 @SEEDS
 @pytest.mark.parametrize("tilt_deg", [0.0, 5.0, *(pytest.param(tilt, marks=CAMPAIGN) for tilt in (2.0, 10.0))])
 def test_a_focal_length_that_is_hardly_decided_is_covered_by_its_deviation_or_refused(
