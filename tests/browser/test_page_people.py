@@ -30,6 +30,13 @@ def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Near]:
         yield Near(live)
 
 
+def check_places(here: Visit) -> None:
+    """What is asked for stands beside the picture, which fills its frame."""
+    stage, take = here.find("people-stage").bounding_box(), here.button("Take the empty room").bounding_box()
+    assert stage and take and take["x"] > stage["x"] + stage["width"]
+    assert abs(stage["width"] / stage["height"] - 1.25) < 0.03
+
+
 def test_someone_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> None:
     there = {"what": "person", "id": "Ann", "x_m": 1.0, "y_m": 1.0, "clothes": "red/blue"}
     console.live.ask("POST", "/api/sim/place", there, token=console.live.operator)
@@ -40,6 +47,7 @@ def test_someone_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> N
     expect(page.get_by_role("heading", name="First the empty room")).to_be_visible()
     expect(here.button("Take the empty room")).to_be_enabled()
     expect(here.button("Take the empty room")).to_be_in_viewport()
+    check_places(here)
     here.button("Show me").click()
     expect(here.find(".people-waits")).not_to_be_empty()
     pictures = here.find(".people-strip li")

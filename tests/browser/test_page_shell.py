@@ -170,6 +170,11 @@ def test_help_has_german_contents_and_says_that_an_article_is_in_english(visit: 
     article = here.find("article.docs")
     expect(article.get_by_role("heading", name="First drive")).to_be_visible()
     expect(article).to_have_attribute("lang", "en")
+    beside = here.page.get_by_role("navigation", name="Inhalt").get_by_role("link", name="Erste Fahrt")
+    expect(beside).to_be_hidden()
+    here.page.set_viewport_size({"width": 1920, "height": 1080})
+    expect(beside).to_have_attribute("aria-current", "page")
+    expect(beside).to_be_visible()
 
 
 def test_a_setting_is_changed_refused_and_taken_back(visit: Open, console: Running) -> None:

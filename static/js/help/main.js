@@ -16,10 +16,24 @@ export function create(session) {
   const lead = make("p.note.help-lead", { hidden: language === DOCS });
   const back = make("a.link", { href: "help" }, icon("book"), t("main.contents"));
   const api = make("a.link", { href: `help#${API}` }, t("main.http_interface"));
+  const nav = make("nav.help-nav", { "aria-label": t("main.contents") });
+  /** @type {Promise<Node[]> | undefined} */
+  let contents;
   let shown = "";
+
+  /** Beside an article, where there is room, stands what else there is. @param {string} file */
+  async function showContents(file) {
+    nav.hidden = file === CONTENTS;
+    if (nav.hidden) return;
+    contents ??= read(CONTENTS).catch(() => []);
+    nav.replaceChildren(...(await contents).filter((node) => node.nodeName === "DIV"));
+    for (const link of nav.querySelectorAll("a"))
+      mark(link, "aria-current", link.getAttribute("href") === `help#${file}` ? "page" : null);
+  }
 
   async function follow() {
     const [file, anchor] = fileOf(location.hash);
+    void showContents(file);
     back.hidden = file === CONTENTS;
     mark(text, "data-contents", file === CONTENTS);
     if (file !== shown) {
@@ -38,7 +52,7 @@ export function create(session) {
     if (title && shown !== CONTENTS) session.announce(title);
   }
 
-  const element = make("div.stack", make("p.help-links", back, api), says, lead, text);
+  const element = make("div.stack", make("p.help-links", back, api), says, lead, make("div.help-sides", nav, text));
   return { element, opened: () => void follow(), moved: () => void follow() };
 }
 
