@@ -1,5 +1,6 @@
 """Teaching the robot who someone is, on the page: the simulated person shows how it goes."""
 
+import math
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -108,3 +109,12 @@ def test_a_person_who_is_near_takes_the_same_room_whatever_their_distance(visit:
     }"""
     near, far = (chip.evaluate(width, words) for words in ("0.9 m, 9° left", "1.3 m, 127° right"))
     assert near == far, "else what stands below it moves under the pointer while the robot drives"
+
+    chip.click()  # who is to be followed can be sent on
+    here.button("walk on").click()
+
+    def gone_m() -> float:
+        (ann,) = console.live.ask("GET", "/api/sim/people", token=console.live.viewer).json["people"]
+        return math.dist((ann["x_m"], ann["y_m"]), (1.0, 1.0))
+
+    here.until(lambda: gone_m() > 0.3, "she walks", LONG / 1000)

@@ -144,8 +144,10 @@ def test_the_bar_of_a_mode_covers_no_wall_of_the_whole_map(visit: Open) -> None:
     here = visit()
     flat(here)
     here.button("Whole map").click()
+    expect(here.find("command-status")).to_be_visible()
     here.button("Draw a zone").click()
     here.laid_out()
+    expect(here.find("command-status")).to_be_hidden()  # a press on the floor drives nowhere now
     bar = here.find(".flat-mode-bar").bounding_box()
     assert bar is not None
     walls = """({ x, y, width, height }) => {
@@ -272,6 +274,16 @@ def paused_in_the_status_line(here: Visit) -> None:
     assert toast.count() == 0
 
 
+def started_once_no_zone_closes_a_stop(card: Locator, console: Running) -> None:
+    """A stop that a zone closes is named before the route begins."""
+    around_sofa = [(0.2, -0.2), (0.6, -0.2), (0.6, 0.2), (0.2, 0.2)]
+    console.ask("api/zones", {"name": "stairs", "kind": "keep_out", "points_m": around_sofa, "max_speed_m_s": None})
+    expect(card.locator("li.place")).to_contain_text("“sofa” lies in “stairs”, which the robot keeps out of.")
+    console.ask("api/zones/stairs", method="DELETE")
+    expect(card.locator("li.place")).not_to_contain_text("stairs")
+    card.get_by_role("button", name="Start round").click()
+
+
 def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: Open, console: Running) -> None:
     for name, x in (("desk", 0.05), ("sofa", 0.3)):
         console.ask("api/places", {"name": name, "x_m": x, "y_m": 0.0})
@@ -307,7 +319,7 @@ def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: O
         ("wait_for_continue", 0.0, ""),
         ("say", 25.5, "Tea is ready"),
     ]
-    card.get_by_role("button", name="Start round").click()
+    started_once_no_zone_closes_a_stop(card, console)
     paused_in_the_status_line(here)
     card.get_by_role("button", name="Go on").click()
     expect(card.locator(".route-now")).to_contain_text("sofa (2 of 2)")

@@ -57,6 +57,9 @@ def test_a_map_is_saved_replaced_taken_along_and_deleted(visit: Open, console: R
     row.get_by_role("button", name="Load my lab").click()
     expect(row).to_contain_text("The present map is saved")  # the robot has not moved since
     row.get_by_role("button", name="Cancel").click()
+    row.get_by_role("button", name="Load my lab").click()
+    row.get_by_role("button", name="Load it", exact=True).click()
+    expect(row).to_contain_text("Loaded. The robot knows where it is on this map.")
     expect(here.find(".map-now")).to_contain_text("my lab")
     here.until(lambda: row.locator("img").evaluate("image => image.naturalWidth > 20"), "its picture is shown")
     here.button("Replace").click()

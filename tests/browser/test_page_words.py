@@ -380,6 +380,19 @@ def test_the_first_hints_do_not_cover_a_notice(visit: Open) -> None:
     assert box["y"] + box["height"] <= said["y"]
 
 
+def test_on_a_phone_the_first_hints_wait_while_a_notice_is_read(visit: Open) -> None:
+    line = Doctored()
+    line.change = {"notices": []}
+    here = visit(size=PHONE, hints=True, before=line.lie_between)
+    hint, toast = here.find(".coach"), here.find(".toast")
+    expect(hint).to_be_visible()
+    line.change = {"notices": [notice("warning", "Its time runs at 85 %.")]}
+    expect(toast).to_contain_text("85 %")
+    expect(hint).to_be_hidden()  # both together cover the robot
+    toast.get_by_role("button").first.click()
+    expect(hint).to_be_visible()
+
+
 def test_on_a_phone_the_hint_is_small_the_question_whole_and_no_notice_lies_over_the_map(visit: Open) -> None:
     no_webgl = "HTMLCanvasElement.prototype.getContext = (own => function (kind, ...more) {" + (
         "return kind.startsWith('webgl') ? null : own.call(this, kind, ...more) })"

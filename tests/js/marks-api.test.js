@@ -57,3 +57,31 @@ test("robots of one map get the marks that they lack, keep their own, and nothin
     r3: { places: [{ name: "lift", of: "r3" }], zones: [], routes: [] },
   });
 });
+
+test("a stop that no place is called any more, or that lies in a zone to keep out of, is named before the route begins", async () => {
+  const { troubleAt } = await import("../../static/js/net/marks-api.js");
+  /** @param {string} name @param {number} x_m @param {number} y_m */
+  const place = (name, x_m, y_m) => ({ name, x_m, y_m, heading_rad: null });
+  /** @param {string} name @param {"keep_out" | "slow"} kind @param {[number, number][]} points_m */
+  const zone = (name, kind, points_m) => ({ name, kind, points_m, max_speed_m_s: kind === "slow" ? 0.05 : null });
+  const marks = /** @type {any} */ ({
+    places: [place("Desk", 1.2, 0.3), place("sofa", 2.5, 2.5), place("lift", 1.9, 1.9)],
+    zones: [
+      zone("stairs", "keep_out", [
+        [0, 0],
+        [2, 0],
+        [0, 2],
+      ]),
+      zone("rug", "slow", [
+        [2, 2],
+        [3, 2],
+        [3, 3],
+        [2, 3],
+      ]),
+    ],
+  });
+  assert.equal(troubleAt("desk", marks), "“desk” lies in “stairs”, which the robot keeps out of.");
+  assert.equal(troubleAt("sofa", marks), ""); // slow is not closed
+  assert.equal(troubleAt("lift", marks), ""); // beyond the third side
+  assert.equal(troubleAt("door", marks), "No place is called “door” any more.");
+});

@@ -74,6 +74,8 @@ test("a number that may be another is told first", () => {
     /check the numbers\. Did you mean “continue 2\.9 meters”\? · 93 % certain/,
   );
   assert.doesNotMatch(facts({ ...INTENT, alternatives: ["continue 2.9 meters"] }, STATE.pose), /Did you mean/);
+  const follows = { ...INTENT, name: "follow_me", numbers: {}, uncertain: true };
+  assert.match(facts(follows, STATE.pose), /^Heard with low confidence · 93 % certain/); // no numbers to check
 });
 
 test("its moment runs out", () => {

@@ -103,7 +103,11 @@ function result(run) {
           const says = name.replace(/\.\w+$/, "").replace(/_/g, " ");
           const shown = make("img", { src: fileOf(run.id, name), alt: `${run.title}: ${says}`, loading: "lazy" });
           const link = make("a", { href: fileOf(run.id, name), target: "_blank", rel: "noopener" }, shown);
-          return make("figure", link, make("figcaption.note", says));
+          return make(
+            "figure",
+            link,
+            make("figcaption.note", says, make("span.experiment-swipe", t("experiment-result.swipe_it"))),
+          );
         }),
       ),
     run.text &&

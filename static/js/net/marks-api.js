@@ -100,6 +100,29 @@ export const kindsOf = (places) =>
     summary: t("marks-api.drives_to_name", { name: place.name }),
   }));
 
+/**
+ * Why no route stops at a place; "" where it may.
+ * @param {string} place its name
+ * @param {{places: readonly Place[], zones: readonly Zone[]}} marks
+ */
+export function troubleAt(place, { places, zones }) {
+  const there = places.find(({ name }) => name.toLowerCase() === place.toLowerCase());
+  if (!there) return t("marks-api.no_place_is_called_so", { place });
+  const zone = zones.find(({ kind, points_m }) => kind === "keep_out" && isInside(there, points_m));
+  return zone ? t("marks-api.place_lies_in_zone", { place, zone: zone.name }) : "";
+}
+
+/** @param {{x_m: number, y_m: number}} point @param {readonly (readonly [number, number])[]} corners of a polygon [m] */
+function isInside({ x_m: x, y_m: y }, corners) {
+  let [bx, by] = corners.at(-1) ?? [0, 0];
+  let odd = false; // sides that lie to the right of the point
+  for (const [ax, ay] of corners) {
+    if (ay > y !== by > y && x < ax + ((bx - ax) * (y - ay)) / (by - ay)) odd = !odd;
+    [bx, by] = [ax, ay];
+  }
+  return odd;
+}
+
 /** The newest marks of the map in use; dispatches "change" when they are others. */
 export class MapMarks extends EventTarget {
   /** @type {readonly Place[]} */

@@ -20,6 +20,32 @@ export async function speak(id, text) {
   await post("api/sim/say", { id, text });
 }
 
+const WALKS_M = [2.5, 2, 1.5, 1];
+const WALKS_M_S = 0.2; // at which the robot follows
+const TURNS = [0, 0.6, -0.6, 1.2, -1.2, 1.8, -1.8]; // [rad] from straight away from the robot
+
+/**
+ * Let someone walk away from the robot, as far as there is floor.
+ * @param {PersonInRoom} one
+ * @param {{x_m: number, y_m: number}} robot
+ */
+export async function walk({ id, x_m, y_m }, robot) {
+  const away = Math.atan2(y_m - robot.y_m, x_m - robot.x_m);
+  /** @type {unknown} */
+  let refusal;
+  for (const far of WALKS_M)
+    for (const turn of TURNS) {
+      const heading_rad = away + turn;
+      const path_m = [[x_m + far * Math.cos(heading_rad), y_m + far * Math.sin(heading_rad)]];
+      try {
+        return await post("api/sim/place", { what: "person", id, x_m, y_m, heading_rad, path_m, speed_m_s: WALKS_M_S });
+      } catch (refused) {
+        refusal = refused; // a wall or a thing is in the way
+      }
+    }
+  throw refusal;
+}
+
 const [NEAR, FAR, STEP] = [1.2, 2.4, 0.3]; // [m] before the robot, where a person may stand
 const ASIDE = [0, 0.5, -0.5, 1, -1]; // [rad]
 

@@ -22,6 +22,7 @@ import { t } from "../ui/texts.js";
 const SEEN = "seen";
 const ENDED = ["done", "cancelled"]; // what was pressed was understood
 const UNDER_WAY = ["driving", "waiting", "paused"]; // of a route
+const SAID = "notice-toasts > .toast, banner-stack > .banner:not([hidden])"; // with a card, they cover a phone's map
 const EDGE = 12; // [px] from the map's upper edge
 const LEAVES_MS = 6000; // of the last card
 const DESK_PX = 1024; // from which the map has room beside the card
@@ -151,6 +152,7 @@ export class CoachMarks extends Panel {
       state?.command?.state === "running" ||
       UNDER_WAY.includes(state?.route?.state ?? "") ||
       document.querySelector(".flat-mode-bar:not([hidden]), .popover:not([hidden])") ||
+      (innerWidth < PHONE_PX && document.querySelector(SAID)) ||
       (lists && this.#hints[this.#step]?.opens !== "voices");
     const waits = Boolean(busy) || permission.may === "no";
     this.#card.style.visibility = waits ? "hidden" : "";

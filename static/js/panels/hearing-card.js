@@ -118,6 +118,7 @@ const CHECK = t("hearing-card.check_the_microphones");
 class HearingCard extends Panel {
   #rose = new SoundRose();
   #where = make("p.hearing-where");
+  #ambiguity = make("p.note");
   #listen = make("button.toggle", { "aria-pressed": "false" }, t("hearing-card.listen"));
   #obey = make(
     "button.toggle",
@@ -139,7 +140,7 @@ class HearingCard extends Panel {
     this.append(
       cardHead(t("hearing-card.what_it_hears"), this.#listen, this.#obey),
       this.#near,
-      make("div.hearing", this.#rose, make("div.hearing-words", this.#where, this.#none, this.#lines)),
+      make("div.hearing", this.#rose, make("div.hearing-words", this.#where, this.#ambiguity, this.#none, this.#lines)),
       make("div.hearing-foot", this.#check, this.#measure),
       this.#faults,
     );
@@ -177,6 +178,8 @@ class HearingCard extends Panel {
     const quiet = on ? silence(ears) : "";
     write(this.#where, voice ? describe(voice) : quiet);
     this.#where.hidden = this.#where.textContent === "";
+    write(this.#ambiguity, inLanguage(voice?.ambiguity ?? ""));
+    this.#ambiguity.hidden = this.#ambiguity.textContent === "";
     const says = hint(on, ears?.voice_control ?? false);
     write(this.#none, TOUCH ? says.replace(" (V)", "") : says);
   }
@@ -259,11 +262,10 @@ function hint(listening, voice_control) {
 }
 
 /** Sentence about the direction of a voice. @param {import("../net/messages.js").VoiceHeard} voice */
-function describe({ azimuth_rad, sd_heard_rad, ambiguity }) {
+function describe({ azimuth_rad, sd_heard_rad }) {
   return t("hearing-card.a_voice_inwords_degrees_value", {
     inwords: inWords(azimuth_rad),
     degrees: degrees(2 * sd_heard_rad, 0),
-    value: ambiguity ? ` ${inLanguage(ambiguity)}` : "",
   });
 }
 

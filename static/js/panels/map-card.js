@@ -35,6 +35,8 @@ class MapCard extends Panel {
   #save = make("button.button.primary", { type: "submit" }, icon("save"), this.#saveWords);
   #form = make("form.map-form", this.#name, this.#save);
   #trouble = new TroubleLine(this.#name);
+  #placed = make("p.note", { role: "status" }); // below the map that was loaded
+  #loaded = "";
   #list = make("ul.maps", { "aria-label": t("map-card.saved_maps_newest_first") });
   #empty = make("p.note.map-empty", t("map-card.no_map_is_saved_yet"));
   #sheet = make("img.map-sheet", { alt: t("map-card.the_present_map_as_a_plan"), hidden: true });
@@ -108,6 +110,12 @@ class MapCard extends Panel {
     const { name, revision } = state.map;
     const text = name === null ? t("map-card.this_map_is_not_saved") : t("map-card.this_is_the_map_name", { name });
     write(this.#now, text);
+    write(
+      this.#placed,
+      state.floor.lost
+        ? t("map-card.loaded_the_robot_looks_for_its_place")
+        : t("map-card.loaded_the_robot_knows_its_place"),
+    );
     for (const button of this.querySelectorAll("button")) button.disabled = !this.#operates || this.#busy;
     const words = this.#replaces ? t("map-card.replace") : t("map-card.save");
     write(this.#saveWords, this.#saving ? t("trouble-line.saving") : words);
@@ -208,7 +216,11 @@ class MapCard extends Panel {
     const { name } = map;
     if (!this.#form.hidden)
       act("", t("map-card.load_name", { name }), t("map-card.load"), () =>
-        ask(this.#loses(), t("map-card.load_it"), () => maps.load(name)),
+        ask(this.#loses(), t("map-card.load_it"), async () => {
+          await maps.load(name);
+          this.#loaded = name;
+          this.#draw();
+        }),
       );
     acts.append(
       make(
@@ -229,6 +241,7 @@ class MapCard extends Panel {
         ask(t("map-card.delete_this_map_for_good"), t("map-card.delete"), () => maps.remove(name)),
       );
     row.append(acts);
+    if (current && name === this.#loaded) row.append(this.#placed);
     return row;
   }
 

@@ -8,6 +8,7 @@ import {
   routeProgress,
   startRoute,
   steerRoute,
+  troubleAt,
 } from "../net/marks-api.js";
 import { iconButton, isNew, make, nameField, numberField, onSubmit, write } from "../ui/element.js";
 import { timeOfDay } from "../ui/format.js";
@@ -185,8 +186,8 @@ class RouteCard extends Panel {
   }
 
   #draw() {
-    const { routes, places } = marksOf(this.session);
-    if (!isNew(this, routes, places, this.#operates)) return;
+    const { routes, places, zones } = marksOf(this.session);
+    if (!isNew(this, routes, places, zones, this.#operates)) return;
     this.#empty.hidden = routes.length > 0;
     refill(this.#list, ...routes.map((route) => this.#row(route)));
     this.#drawForm();
@@ -212,11 +213,13 @@ class RouteCard extends Panel {
       const does = [wait > 0 && `${wait} s`, action && ACTIONS.find(([one]) => one === action)?.[1]].filter(Boolean);
       return does.length && `${place}: ${does.join(", ")}`;
     });
+    const trouble = stops.map(({ place }) => troubleAt(place, marksOf(this.session))).filter(Boolean);
     const body = make(
       "div.place-body",
       make("p.place-name", name),
       make("p.note", loop ? t("route-card.way_again_and_again", { way }) : way),
       make("p.note", does.filter(Boolean).join(" · ")),
+      trouble.length > 0 && make("p.note.route-trouble", [...new Set(trouble)].join(" ")),
     );
     const change = () => {
       this.#lay(route);
@@ -281,6 +284,7 @@ class RouteCard extends Panel {
       make("span.inline", t("route-card.wait"), wait, "s"),
       action,
       text,
+      make("p.note.route-trouble", troubleAt(place, marksOf(this.session))),
     );
     row.addEventListener("dragover", (event) => event.preventDefault());
     row.addEventListener("dragstart", (event) => {

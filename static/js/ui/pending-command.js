@@ -7,6 +7,7 @@ import { t } from "./texts.js";
 /** @import { View } from "../net/session.js" */
 
 export const SPOKEN = ["voice", "ears"];
+const VAGUE = t("pending-command.heard_with_low_confidence");
 const UNSURE = t("pending-command.heard_with_low_confidence_check_the");
 
 /**
@@ -60,8 +61,8 @@ export const countdown = ({ begins_in_s }) =>
  * What to check where the words were not certain, and the likeliest other command; "" where they were.
  * @param {PendingCommandState} pending_command
  */
-const check = ({ uncertain, alternatives: [other] }) =>
-  uncertain ? `${UNSURE}${other ? `. Did you mean “${other}”?` : ""}` : "";
+const check = ({ uncertain, numbers, alternatives: [other] }) =>
+  uncertain ? `${Object.keys(numbers).length ? UNSURE : VAGUE}${other ? `. Did you mean “${other}”?` : ""}` : "";
 
 /** How sure it is of the words: "93 % certain". @param {number} confidence 0 to 1 */
 export const certainty = (confidence) =>

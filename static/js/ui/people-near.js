@@ -42,6 +42,7 @@ export class PeopleNear extends HTMLElement {
       ...SENTENCES.map((words) =>
         make("button.chip", { "data-says": words, onclick: () => void this.#speak(this.#who, words) }, words),
       ),
+      make("button.chip", { onclick: () => void this.#walk() }, icon("follow_me"), t("people-near.walks_on")),
       make("span.people-own", this.#own, own),
     );
     onSubmit(this.#bubble, () => {
@@ -166,6 +167,12 @@ export class PeopleNear extends HTMLElement {
     mark(this.#bubble, "aria-label", id ? t("people-near.what_id_says", { id }) : null);
     write(this.#says, t("people-near.id_says", { id }));
     if (id) this.scrollIntoView({ block: "nearest" });
+  }
+
+  async #walk() {
+    const one = this.#people.find(({ id }) => id === this.#who);
+    const pose = this.#session.state?.pose;
+    if (one && pose) await this.#session.attempt(() => room.walk(one, pose));
   }
 
   /** @param {string} id @param {string} words */
