@@ -18,7 +18,7 @@ from core.optics import CameraModel
 from core.sensors.checks import UnusableReading, fault, faults_of, refusal
 
 MOST_BYTES = 2**20
-PLUMB_BOB = ("plumb_bob", "radtan", "opencv", "opencv4", "opencv5", "brown_conrady", "none")
+PLUMB_BOB = ("plumb_bob", "radtan", "radial-tangential", "opencv", "opencv4", "opencv5", "brown_conrady", "none")
 RATIONAL = ("rational_polynomial", "rational", "opencv8", "opencv12")  # with zeros from k4 on it is plumb_bob
 PINHOLE = ("pinhole", "")
 INVERSE = "inverse_brown_conrady"  # of RealSense; with zeros it is plumb_bob
@@ -35,9 +35,10 @@ MODEL_NAMES = (
 )
 OTHER_MODEL = re.compile(r"fish|equi|kannala|brandt|omni|ocam|mei|eucm|sphere|theta|unified|inverse", re.IGNORECASE)
 DISTORTION_KEY = re.compile(r"(?!.*model)(dist(?!a)|.*distor|.*coef)", re.IGNORECASE)  # other names of these numbers
-MATRICES = ("camera_matrix", "K", "k", "cameraIntrinsics", "cameraMatrix")
+MATRICES = ("camera_matrix", "Camera_Matrix", "K", "k", "cameraIntrinsics", "cameraMatrix")
 DISTORTIONS = (
     "distortion_coefficients",
+    "Distortion_Coefficients",
     "D",
     "d",
     "dist",
@@ -47,6 +48,12 @@ DISTORTIONS = (
     "dist_coeffs",
     "coeffs",
     "distortion",
+)
+SIDES = (
+    ("image_width", "image_height"),
+    ("width", "height"),
+    ("img_width", "img_height"),
+    ("image_Width", "image_Height"),  # with Camera_Matrix, as OpenCV's sample wrote it up to 2.4
 )
 SIZES = ("image_size", "resolution", "img_size", "imageSize")
 MIN_SHRINK_RATIO = 1.45  # the picture's middle over the principal point, from which a picture was shrunk …
@@ -268,7 +275,7 @@ def _distortion(document: dict[str, Any]) -> Any:
 
 
 def _size(document: dict[str, Any]) -> Any:
-    for width, height in (("image_width", "image_height"), ("width", "height"), ("img_width", "img_height")):
+    for width, height in SIDES:
         if width in document or height in document:
             return [document.get(width), document.get(height)]
     entry = next((document[name] for name in SIZES if document.get(name) is not None), None)
@@ -376,7 +383,7 @@ def _numbers(entry: Any, what: str, counts: tuple[int, ...]) -> list[float]:
     return [float(item) for item in flat]
 
 
-MIN_VIEW, MAX_VIEW = np.radians(0.5), np.radians(160.0)  # field of view across and down
+MIN_VIEW, MAX_VIEW = np.radians(2.0), np.radians(160.0)  # field of view across and down; the longest zooms have 2°
 MAX_ASPECT = 3.0  # between the focal lengths across and down
 MAX_COEFFICIENT = 1e9
 MAX_STRETCH = 1.6  # by the distortion, of the way from the picture's middle

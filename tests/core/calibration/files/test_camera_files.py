@@ -44,7 +44,7 @@ def lenses(draw: st.DrawFn) -> CameraModel:
     """Any size, any principal point, a focal length and a distortion that a lens may have."""
     width = draw(st.integers(16, 4000))
     height = draw(st.integers(max(16, width // 3), min(4000, 3 * width)))
-    fx = max(width, height) * draw(st.floats(1.0, 20.0))
+    fx = max(width, height) * draw(st.floats(1.0, 8.0))
     return CameraModel(
         width=width,
         height=height,
@@ -165,6 +165,7 @@ GOOD = {"image_size": [640, 480], "K": [[500, 0, 320], [0, 500, 240], [0, 0, 1]]
         ({"K": [500, 0, 0.5, 0, 500, 0.5, 0, 0, 1]}, "in pixels"),
         ({"K": [4.2, 0, 320, 0, 4.2, 240, 0, 0, 1], "dist": [-0.25, 0.09, 0, 0, 0]}, "field of view across is 178"),
         ({"dist": [0.0, -5e-4, 1e-3, 0.06, -0.05]}, "in this order"),
+        ({"K": [52000, 0, 320, 0, 52000, 240, 0, 0, 1]}, "field of view across is 0.705"),
         ({"dist": [25.0, 9.0, 0, 0, 0]}, "far beyond"),
         ({"dist": None, "dist_model": "plumb_bob"}, "write zeros"),
         ({"dist": None, "distortionCoefs": [0.1, 0, 0, 0, 0]}, "write zeros"),
@@ -225,6 +226,14 @@ OCAM = "#polynomial coefficients for the DIRECT mapping function (ocam_model.ss 
         json.dumps(ROS),
         json.dumps(ROS | {"distortion_model": "rational_polynomial"}),
         json.dumps({"cam0": KALIBR}),
+        json.dumps(
+            KALIBR | {"sensor_type": "camera", "rate_hz": 20, "distortion_model": "radial-tangential"}
+        ),  # EuRoC's
+        opencv_yaml(CameraModel(width=640, height=480, **LENS))
+        .replace("image_w", "image_W")
+        .replace("image_h", "image_H")
+        .replace("camera_matrix", "Camera_Matrix")
+        .replace("distortion_coefficients", "Distortion_Coefficients"),
         json.dumps(PHOTONVISION),
         json.dumps(LIMELIGHT | {"distortion_coefficients": [[*TERMS, 0.0]]}),
         XML.format(fisheye=0),
