@@ -78,3 +78,10 @@ def test_robots_of_one_map_are_shown_on_it_and_a_saved_map_is_taken_to_another(p
     expect(page.locator(".fleet-take [role=status]")).to_contain_text("r3 has the map “lab” now")
     assert ("/api/maps/import?name=lab", b"PK") in fleet.consoles.posted
     assert page.get_by_role("link", name="Load it at r3").get_attribute("href") == f"{fleet.url}robots/r3/maps"
+    page.set_viewport_size({"width": 1920, "height": 1080})
+    plan = page.locator(".fleet-map").bounding_box()
+    ends = [box["x"] + box["width"] for one in page.locator(".fleet-card").all() if (box := one.bounding_box())]
+    assert plan and len(ends) == 4 and 0 <= plan["x"] - max(ends) < 24, (
+        "four robots leave no empty column beside the map"
+    )
+    page.set_viewport_size({"width": DESK[0], "height": DESK[1]})

@@ -206,6 +206,7 @@ def test_a_press_exchanges_camera_and_map_and_tabs_are_a_tablist(visit: Open) ->
     small = across(camera)
     here.button("Large camera").click()
     assert across(camera) > 2 * small and across(stage) == small
+    expect(camera).to_have_css("background-color", "rgb(11, 15, 20)")  # in the light theme, too
     expect(here.find("command-status")).to_be_visible()
     here.page.reload()
     here.until(lambda: across(stage) == small, "it is remembered")
