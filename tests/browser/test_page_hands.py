@@ -346,6 +346,7 @@ def test_who_may_not_drive_because_another_does_asks_or_takes_over_right_there(
     answers = [banner.get_by_role("button", name=name).bounding_box() for name in ("Give control", "Keep it")]
     assert answers[0] and answers[1] and answers[0]["y"] == answers[1]["y"], "two answers stand side by side"
     banner.get_by_role("button", name="Keep it").click()
+    expect(second.find(".toast")).to_have_text(re.compile(r"keeps control\.$"))  # not “…; operator 2 asked for it”
     expect(status.get_by_role("button", name="Ask for control")).to_be_enabled()
     status.get_by_role("button", name="Take over").click()
     expect(second.find("lease-chip .bar-chip")).to_have_attribute("aria-label", "Control: You drive")

@@ -281,6 +281,7 @@ def test_without_webgl_the_map_is_flat_pressed_measured_and_read_aloud(visit: Op
     floor.click(position={"x": 400, "y": 260})
     here.until(lambda: console.newest()["id"] > before, "the press was heard")
     assert (console.newest()["source"], console.newest()["name"]) == ("click", "stop_at")
+    expect(here.find("history-list .record-words").first).to_have_text(re.compile("^go to [0-9−]"))  # not “stop at”
     here.button("STOP").click()
     here.still()
     before = console.newest()["id"]

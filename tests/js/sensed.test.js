@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { chainOf, LastVoice } from "../../static/js/ui/sensed.js";
+import { CommandVoice, chainOf, LastVoice } from "../../static/js/ui/sensed.js";
 import { STATE } from "./view.js";
 
 const VOICE = /** @type {any} */ ({ azimuth_world_rad: 1, sd_heard_rad: 0.1, age_s: 2 });
@@ -44,4 +44,18 @@ test("the chain says what each sense has of the person, and only while something
   assert.deepEqual([chain?.found, chain?.looks], [true, false]);
   const old = chainOf({ ...STATE, command: COMING, person: { ...person, picture_age_s: 9, laser: null } }, null, KINDS);
   assert.deepEqual([old?.seen, old?.laser], [null, null]);
+});
+
+test("a voice that is heard once the person was found is not that of the command", () => {
+  const voice = new CommandVoice();
+  const command = /** @type {any} */ ({ id: 7, name: "come_here", state: "running" });
+  const coming = { ...STATE, command };
+  const found = { ...coming, person: /** @type {any} */ ({ x_m: 1, y_m: 1 }) };
+  assert.equal(voice.of(coming, null), null);
+  assert.deepEqual(voice.of(coming, { azimuth: 0.5, sd: 0.1 }), { azimuth: 0.5, sd: 0.1 });
+  assert.deepEqual(voice.of(found, { azimuth: -1.7, sd: 0.2 }), { azimuth: 0.5, sd: 0.1 }); // an echo, or another one
+  const turned = { ...found, pose: { ...STATE.pose, heading_rad: 0.25 } };
+  assert.deepEqual(voice.of(turned, null), { azimuth: 0.25, sd: 0.1 });
+  const next = { ...found, command: { ...command, id: 8 } };
+  assert.deepEqual(voice.of(next, { azimuth: -1, sd: 0.2 }), { azimuth: -1, sd: 0.2 });
 });

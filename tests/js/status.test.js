@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { wordsOf } from "../../static/js/net/api.js";
 import { ASKS_MS, RESULT_MS, SLOW_MS, STAYS_MS, StatusLog } from "../../static/js/ui/status.js";
 import { STATE, VIEW } from "./view.js";
 
@@ -304,4 +305,11 @@ test("a stop of a route that was reached is not told while the robot drives to t
   log.saw(RUNS, 1000);
   log.ended([row(7, "running"), row(6, "done", { words: "go to desk", heard_as: "go to desk" })], 1010, 1010);
   assert.equal(shown(log, RUNS, 1020), "turn left");
+});
+
+test("a press on the floor goes there: “stop” was said by nobody", () => {
+  const row = { heard_as: "stop at 2.88 and -0.25", words: "stop at 2.88 and -0.25" };
+  assert.equal(wordsOf({ ...row, source: "click" }), "go to 2.88 and −0.25");
+  assert.equal(wordsOf({ ...row, source: "typed" }), "stop at 2.88 and −0.25");
+  assert.equal(wordsOf({ heard_as: "stop moving", source: "click" }), "stop moving");
 });

@@ -139,7 +139,10 @@ export async function history() {
 }
 
 /** Words of a command: shown, and used to repeat it. @param {Pick<HistoryRow, "heard_as"> & Partial<HistoryRow>} row */
-export const wordsOf = (row) => (row.heard_as || row.words || "Speech").replace(/(?<=^|\s)-(?=\d)/g, "−");
+export function wordsOf({ heard_as, words, source }) {
+  const said = (heard_as || words || "Speech").replace(/(?<=^|\s)-(?=\d)/g, "−");
+  return source === "click" ? said.replace(/^stop at /, "go to ") : said; // nobody said “stop”, and the robot sets out
+}
 
 /** Which engine reads words, and the model with which people are understood better. */
 export const recognizer = () => call("api/recognizer");

@@ -45,7 +45,7 @@ class AppMenu extends Panel {
   #languageRow = make(
     "label.menu-item",
     { for: "language" },
-    icon("voice"),
+    icon("globe"),
     make("span.menu-words", make("span", t("app-menu.language")), make("span.note", t("app-menu.language_says"))),
     this.#language,
   );

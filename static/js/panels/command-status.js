@@ -10,7 +10,7 @@ import { couldCall, goesToPerson, isEmptyRoom, letCall } from "../ui/let-call.js
 import { meter } from "../ui/meter.js";
 import { Panel } from "../ui/panel.js";
 import { SPOKEN } from "../ui/pending-command.js";
-import { chainOf, LastVoice } from "../ui/sensed.js";
+import { CommandVoice, chainOf, LastVoice } from "../ui/sensed.js";
 import { StatusLog } from "../ui/status.js";
 import { t } from "../ui/texts.js";
 import { ToGo } from "../ui/to-go.js";
@@ -26,6 +26,7 @@ const STEPS = /** @type {const} */ (["heard", "seen", "laser", "coming"]);
 
 class CommandChain extends Panel {
   #voice = new LastVoice();
+  #itsVoice = new CommandVoice();
   #list = make("ol.chain", { "aria-label": t("command-chain.what_the_robot_has_of_the") });
   #steps = STEPS.map((step) => {
     const [words, says, sd] = [make("span.chain-more"), make("span"), make("span.chain-more")];
@@ -44,7 +45,7 @@ class CommandChain extends Panel {
   /** @override @param {View} view */
   show({ state }) {
     const voice = state ? this.#voice.saw(state) : null; // remembered before a command begins
-    const chain = state ? chainOf(state, voice, this.session.kinds) : null;
+    const chain = state ? chainOf(state, this.#itsVoice.of(state, voice), this.session.kinds) : null;
     this.hidden = chain === null;
     if (!chain) return;
     const command = state?.command;

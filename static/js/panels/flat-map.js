@@ -329,7 +329,7 @@ class FlatMap extends Panel {
     const pressed = new CustomEvent("place-pressed", { detail: place?.name, bubbles: true, cancelable: true });
     if (!this.dispatchEvent(pressed) || this.session.hello?.robot.drives !== true) return; // a route in the making takes it
     const [east, north] = [point.x, point.y].map((value) => String(Number(value.toFixed(2)) + 0));
-    void this.session.say(place ? wordsTo(place) : `stop at ${east} and ${north}`, "click");
+    void this.session.say(place ? wordsTo(place) : `go to ${east} and ${north}`, "click");
   }
 
   /** @param {Point} at [px] */

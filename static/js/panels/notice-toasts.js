@@ -18,6 +18,19 @@ const GOES = ["driving", "waiting"]; // a route that does: why it stood is over
 const STANDS = "paused"; // one that does: the status line says why
 const SAID = ["command-status", "banner-stack"]; // where a sentence stands already
 
+/** What became of this page's asking for control, by the notice's code. @type {Readonly<Record<string, string>>} */
+const TO_ME = {
+  "lease.no_answer": "notice-toasts.name_did_not_answer_you",
+  "lease.keeps": "notice-toasts.name_keeps_control",
+  "lease.gave_to": "notice-toasts.name_gave_you_control",
+};
+
+/** A notice as who is at this page reads it. @param {import("../net/messages.js").NoticeLine} notice @param {string} me */
+function readBy({ text, code, values }, me) {
+  const key = TO_ME[code ?? ""];
+  return key && values?.["other"] === me ? t(key, values) : text;
+}
+
 class NoticeToasts extends Panel {
   #newest = -1;
   #first = true;
@@ -34,10 +47,12 @@ class NoticeToasts extends Panel {
   }
 
   /** Show each notice once; update or remove it while it is still shown. @override @param {View} view */
-  show({ state, lostControl, mine }) {
-    if (!state) return;
+  show({ hello, state, lostControl, mine }) {
+    if (!state || !hello) return;
     const notices = state.notices.filter(({ cause }) => cause !== "route" || !GOES.includes(state.route?.state ?? ""));
-    for (const { id, level, text, cause, code, values } of notices) {
+    for (const notice of notices) {
+      const { id, level, cause, code, values } = notice;
+      const text = readBy(notice, hello.you.name);
       const halted = cause === "halt" && level === "warning"; // the banner says it for as long as it holds
       // Who took control over knows it, and who lost it has a banner.
       const changed = cause === "lease" && level === "warning" && (mine || lostControl !== null);

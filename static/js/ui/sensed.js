@@ -35,9 +35,32 @@ export class LastVoice {
     if (direction)
       this.#heard = { world: direction.azimuth_world_rad, sd: direction.sd_heard_rad, at: now - direction.age_s };
     if (!this.#heard || now - this.#heard.at > VOICE_S || now < this.#heard.at) return null;
-    const bearing = this.#heard.world - pose.heading_rad;
-    const azimuth = Math.atan2(Math.sin(bearing), Math.cos(bearing));
-    return { azimuth, sd: this.#heard.sd, age: now - this.#heard.at };
+    return { azimuth: seenFrom(this.#heard.world, pose), sd: this.#heard.sd, age: now - this.#heard.at };
+  }
+}
+
+/** Where a direction of the world lies for the robot. @param {number} world [rad] @param {State["pose"]} pose @returns {number} [rad] */
+function seenFrom(world, { heading_rad: heading }) {
+  return Math.atan2(Math.sin(world - heading), Math.cos(world - heading));
+}
+
+/** The voice that a command is about: what speaks once the person was found is someone else, or an echo. */
+export class CommandVoice {
+  #id = 0;
+  /** @type {{world: number, sd: number} | null} [rad] */
+  #kept = null;
+
+  /**
+   * @param {State} state
+   * @param {{azimuth: number, sd: number} | null} voice that was heard last
+   * @returns {{azimuth: number, sd: number} | null} [rad] robot frame as it stands now
+   */
+  of({ command, person, pose }, voice) {
+    const id = command?.id ?? 0;
+    if (id !== this.#id || person === null)
+      this.#kept = voice && { world: voice.azimuth + pose.heading_rad, sd: voice.sd };
+    this.#id = id;
+    return this.#kept && { azimuth: seenFrom(this.#kept.world, pose), sd: this.#kept.sd };
   }
 }
 
