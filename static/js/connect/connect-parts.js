@@ -30,7 +30,7 @@ const UNUSED = "";
 
 /** @extends {PagePanel<ConnectionModel>} */
 class ConnectParts extends PagePanel {
-  #list = make("div.connect-list");
+  #list = make("div.page-cards");
   #again = make("button.button.primary", icon("again"), t("connect-parts.look_again"));
   #changed = make(
     "div.row.connect-changed",

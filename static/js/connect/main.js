@@ -9,7 +9,8 @@ import { make } from "../ui/element.js";
 import { ConnectionModel } from "./connection-model.js";
 
 /** @param {...string} names of elements */
-const column = (...names) => make("div.connect-column", ...names.map((name) => document.createElement(name)));
+const column = (...names) =>
+  make("div.page-cards.connect-column", ...names.map((name) => document.createElement(name)));
 
 /** @param {import("../net/session.js").Session} session */
 export function create(session) {

@@ -21,5 +21,5 @@ export function create() {
   const [editor, join, nav2] = ["map-editor", "join-card", "nav2-card"].map((name) => document.createElement(name));
   const tools = make("section.card.maps-card", { id: "edit", "aria-label": t("map-editor.edit_the_map") });
   tools.append(...[editor, join, nav2].filter((part) => part !== undefined));
-  return { element: make("div.maps-page", title, saved, marks, tools, own) };
+  return { element: make("div.page-cards.maps-page", title, saved, marks, tools, own) };
 }

@@ -9,5 +9,5 @@ import { EnrollmentModel } from "./enrollment-model.js";
 export function create(session) {
   const model = new EnrollmentModel(session);
   const parts = ["people-known", "people-enrollment"].map((name) => document.createElement(name));
-  return { element: make("div.people-page", ...parts), model, opened: () => void model.read() };
+  return { element: make("div.page-cards.people-page", ...parts), model, opened: () => void model.read() };
 }
