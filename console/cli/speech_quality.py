@@ -74,7 +74,6 @@ def marked(chosen: argparse.Namespace) -> SpeechReport:
 
 def compared(chosen: argparse.Namespace) -> SpeechReport:
     """The texts word by word, the recordings by their measures, or both."""
-    from core.speech.quality import audio_similarity as sounds  # scipy takes a moment
     from core.speech.quality import osqe as texts
     from core.speech.quality.report import page
 
@@ -84,8 +83,7 @@ def compared(chosen: argparse.Namespace) -> SpeechReport:
             "Give the three texts (--original, --person, --robot), two recordings (--orig-wav, --rev-wav)."
         )
     report = SpeechReport(
-        None if quality is None else texts.as_json(quality),
-        None if similarity is None else sounds.as_json(similarity),
+        None if quality is None else texts.as_json(quality), None if similarity is None else similarity.figures
     )
     return replace(report, files=save(chosen.out, report, page(quality, similarity)))
 
@@ -116,11 +114,10 @@ def lived(chosen: argparse.Namespace) -> SpeechReport:
 
 def _of_loop(out: Path | None, result: LoopResult) -> SpeechReport:
     from core.experiments.speech_loop import save_loop
-    from core.speech.quality import audio_similarity as sounds
     from core.speech.quality import osqe as texts
     from core.speech.quality.report import page
 
-    report = SpeechReport(texts.as_json(result.quality), sounds.as_json(result.similarity))
+    report = SpeechReport(texts.as_json(result.quality), result.similarity.figures)
     files = {} if out is None else save_loop(out, result)
     return replace(report, files={**files, **save(out, report, page(result.quality, result.similarity))})
 

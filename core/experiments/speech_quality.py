@@ -244,20 +244,22 @@ def row(place: Setting, quality: SpeechQuality | None, similarity: AudioSimilari
         "sweep": place.sweep,
         "snr_db": place.ratio,
         "distance_m": place.distance,
-        "stoi": similarity.stoi,
-        "estoi": similarity.estoi,
-        "si_sdr_db": similarity.si_sdr_db,
+        "stoi": similarity.figures["stoi"],
+        "estoi": similarity.figures["estoi"],
+        "si_sdr_db": similarity.figures["si_sdr_db"],
     }
     if quality is None:
         return fields
     score = quality.score
-    fields["erroneous_words_person"] = score.person
-    fields["erroneous_words_robot"] = score.robot
-    fields["osqe_d"] = score.difference
-    fields["osqe_r"] = score.ratio
-    fields["osqe_r_bounded"] = score.bounded
-    fields["commands_exact"] = sum(quality.robot.exact)
-    return fields
+    return {
+        **fields,
+        "erroneous_words_person": score["erroneous_words_person"],
+        "erroneous_words_robot": score["erroneous_words_robot"],
+        "osqe_d": score["osqe_d"],
+        "osqe_r": score["osqe_r"],
+        "osqe_r_bounded": score["osqe_r_bounded"],
+        "commands_exact": sum(quality.robot.exact),
+    }
 
 
 class PlaceRun(TypedDict):

@@ -94,18 +94,11 @@ class SpeechQualityHere:
             self._dictation, self._said, self.person, self._responses(place), place.ratio, self._seed
         )
         assert quality is not None  # there is a recognizer
-        score = quality.score
+        measured = {**quality.score, **similarity.figures}
         row = msgspec.structs.replace(
             place.row,
-            stoi=similarity.stoi,
-            estoi=similarity.estoi,
-            si_sdr_db=similarity.si_sdr_db,
+            **{name: value for name, value in measured.items() if name in QualityRow.__struct_fields__},
             words=quality.person.words,
-            erroneous_words_person=score.person,
-            erroneous_words_robot=score.robot,
-            osqe_d=score.difference,
-            osqe_r=score.ratio,
-            reason=score.reason,
             verdict=quality.verdict,
             commands=len(quality.phrases),
             commands_exact=sum(quality.robot.exact),

@@ -19,6 +19,7 @@ FRAME_S = 0.02  # in which the level is measured
 NOISE_PERCENTILE = 10  # percentile of the frames' levels that is the noise floor
 SILENCE_DB = -120.0
 MIN_COMPARED_SHARE = 0.9  # of the original, of which figures speak for all of it
+REST_UNKNOWN = "the figures say nothing about the rest. Record all."
 PESQ_RATE_HZ = 16_000  # of its wide band
 
 
@@ -33,49 +34,56 @@ class HealthFigures(TypedDict):
     clipped_share: float  # of the samples, 0..1
 
 
+class SimilarityFigures(TypedDict):
+    """All measures of two recordings, as JSON."""
+
+    stoi: float | None  # None: too short
+    estoi: float | None
+    si_sdr_db: float | None  # None: silence
+    si_sdr_note: str
+    pesq_wb: float | None  # None: see `pesq_reason`
+    pesq_reason: str  # "" when there is a figure
+    compared_share: float  # of the original, that both recordings hold
+    compared_note: str  # what the figures leave out; "": nothing
+    delay_s: float
+    correlation: float
+    inverted: bool
+    level_change_db: float
+    original: HealthFigures
+    received: HealthFigures
+
+
 @message
 class AudioSimilarity:
     """The share of the original that is left in the received sound."""
 
-    original: HealthFigures
-    received: HealthFigures
     matched: AlignedRecordings
-    stoi: float | None  # None: too short
-    estoi: float | None
-    si_sdr_db: float | None  # None: silence
-    pesq: float | None  # None: see `pesq_reason`
-    pesq_reason: str  # "" when there is a figure
-
-    @property
-    def compared_share(self) -> float:
-        """The share of the original that both recordings hold."""
-        return len(self.matched.original) / RATE_HZ / self.original["duration_s"]
-
-    @property
-    def compared_note(self) -> str:
-        """Describe what the figures leave out; "": nothing."""
-        if self.compared_share > MIN_COMPARED_SHARE:
-            return ""
-        share = f"{100 * self.compared_share:.0f} %"
-        return (
-            f"Only {share} of the original is in both recordings; the figures say nothing about the rest. Record all."
-        )
+    figures: SimilarityFigures
 
 
 def liken(original: Sound, received: Sound) -> AudioSimilarity:
     """Compare two recordings of the same speech. Raises BadInput as `match` does."""
     matched = match(original, received)
-    mos, reason = _pesq(matched)
-    return AudioSimilarity(
-        original=health(original),
-        received=health(received),
-        matched=matched,
-        stoi=stoi(matched.original, matched.received, RATE_HZ),
-        estoi=stoi(matched.original, matched.received, RATE_HZ, extended=True),
-        si_sdr_db=si_sdr(matched.original, matched.received),
-        pesq=mos,
-        pesq_reason=reason,
-    )
+    (mos, reason), healths = _pesq(matched), (health(original), health(received))
+    share = len(matched.original) / RATE_HZ / healths[0]["duration_s"]
+    note = f"Only {100 * share:.0f} % of the original is in both recordings; {REST_UNKNOWN}"
+    figures: SimilarityFigures = {
+        "stoi": stoi(matched.original, matched.received, RATE_HZ),
+        "estoi": stoi(matched.original, matched.received, RATE_HZ, extended=True),
+        "si_sdr_db": si_sdr(matched.original, matched.received),
+        "si_sdr_note": "Reverberation counts as distortion in SI-SDR, however well the words are understood.",
+        "pesq_wb": mos,
+        "pesq_reason": reason,
+        "compared_share": share,
+        "compared_note": "" if share > MIN_COMPARED_SHARE else note,
+        "delay_s": matched.delay,
+        "correlation": matched.correlation,
+        "inverted": matched.inverted,
+        "level_change_db": healths[1]["level_dbfs"] - healths[0]["level_dbfs"],
+        "original": healths[0],
+        "received": healths[1],
+    }
+    return AudioSimilarity(matched=matched, figures=figures)
 
 
 def health(sound: Sound) -> HealthFigures:
@@ -116,42 +124,3 @@ def _pesq(matched: AlignedRecordings) -> tuple[float | None, str]:
         return float(package.pesq(PESQ_RATE_HZ, matched.original, matched.received, "wb")), ""
     except (package.PesqError, ValueError):
         return None, "PESQ found no utterance in these recordings."
-
-
-class SimilarityFigures(TypedDict):
-    """All measures of two recordings, as JSON."""
-
-    stoi: float | None
-    estoi: float | None
-    si_sdr_db: float | None
-    si_sdr_note: str
-    pesq_wb: float | None
-    pesq_reason: str
-    compared_share: float  # of the original
-    compared_note: str
-    delay_s: float
-    correlation: float
-    inverted: bool
-    level_change_db: float
-    original: HealthFigures
-    received: HealthFigures
-
-
-def as_json(one: AudioSimilarity) -> SimilarityFigures:
-    """All figures, units in the names."""
-    return {
-        "stoi": one.stoi,
-        "estoi": one.estoi,
-        "si_sdr_db": one.si_sdr_db,
-        "si_sdr_note": "Reverberation counts as distortion in SI-SDR, however well the words are understood.",
-        "pesq_wb": one.pesq,
-        "pesq_reason": one.pesq_reason,
-        "compared_share": one.compared_share,
-        "compared_note": one.compared_note,
-        "delay_s": one.matched.delay,
-        "correlation": one.matched.correlation,
-        "inverted": one.matched.inverted,
-        "level_change_db": one.received["level_dbfs"] - one.original["level_dbfs"],
-        "original": one.original,
-        "received": one.received,
-    }

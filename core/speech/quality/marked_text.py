@@ -9,7 +9,7 @@ import re
 from typing import TypedDict
 
 from core.errors import BadInput
-from core.speech.quality.osqe import OsqeFigures, OsqeScore, score, score_json
+from core.speech.quality.osqe import OsqeFigures, score
 from core.speech.quality.word_alignment import phrases_of
 
 MARK = re.compile(r"=([^=\n]+)=")
@@ -48,7 +48,7 @@ def unmarked(text: str) -> str:
     return MARK.sub(r"\1", text)
 
 
-def marked_score(person: str, robot: str) -> OsqeScore:
+def marked_score(person: str, robot: str) -> OsqeFigures:
     """Two marked texts → OSQE_D and OSQE_R (eq. 41-42)."""
     return score(len(marked_words(person)), len(marked_words(robot)))
 
@@ -72,7 +72,7 @@ class MarkedFigures(OsqeFigures):
 def as_json(person: str, robot: str) -> MarkedFigures:
     """The figures of two marked texts."""
     return {
-        **score_json(marked_score(person, robot)),
+        **marked_score(person, robot),
         "words": sum(map(len, phrases_of(unmarked(person)))),
         "differences": [
             {"path": name, "kind": "marked", "original": None, "heard": word}

@@ -23,19 +23,18 @@ INTERVAL_COVERAGE = 0.95
 BOOTSTRAP_SEED = 0
 
 
-@message
-class OsqeScore:
-    """The two figures of the paper, and the one that is always defined."""
+class OsqeFigures(TypedDict):
+    """The two figures of the paper, and the one that is always defined, as JSON."""
 
-    person: int  # NErW_person
-    robot: int  # NErW_robot
-    difference: int  # OSQE_D (eq. 41)
-    ratio: float | None  # OSQE_R (eq. 42); None: no value
+    erroneous_words_person: int  # NErW_person
+    erroneous_words_robot: int  # NErW_robot
+    osqe_d: int  # OSQE_D (eq. 41)
+    osqe_r: float | None  # OSQE_R (eq. 42); None: no value
     reason: str  # why there is no ratio; "" when there is one
-    bounded: float  # (1 + NErW_person) / (1 + NErW_robot)
+    osqe_r_bounded: float  # (1 + NErW_person) / (1 + NErW_robot)
 
 
-def score(person: int, robot: int) -> OsqeScore:
+def score(person: int, robot: int) -> OsqeFigures:
     """Numbers of erroneous words → OSQE_D and OSQE_R. Raises BadInput for negative numbers."""
     if person < 0 or robot < 0:
         raise BadInput("A number of erroneous words cannot be negative.")
@@ -46,14 +45,14 @@ def score(person: int, robot: int) -> OsqeScore:
             if person == 0
             else "The robot made no error; the ratio has no value."
         )
-    return OsqeScore(
-        person=person,
-        robot=robot,
-        difference=person - robot,
-        ratio=person / robot if robot else None,
-        reason=reason,
-        bounded=(1 + person) / (1 + robot),
-    )
+    return {
+        "erroneous_words_person": person,
+        "erroneous_words_robot": robot,
+        "osqe_d": person - robot,
+        "osqe_r": person / robot if robot else None,
+        "reason": reason,
+        "osqe_r_bounded": (1 + person) / (1 + robot),
+    }
 
 
 @message
@@ -94,7 +93,7 @@ class SpeechQuality:
     person: SpeechPath
     robot: SpeechPath
     phrases: tuple[str, ...]  # of the original, as compared
-    score: OsqeScore
+    score: OsqeFigures
     difference_interval: tuple[float, float]  # of OSQE_D, over resampled phrases
     bounded_interval: tuple[float, float]  # of the bounded ratio
 
@@ -174,17 +173,6 @@ class WordDifference(TypedDict):
     heard: str | None
 
 
-class OsqeFigures(TypedDict):
-    """The figures of the paper, as JSON."""
-
-    erroneous_words_person: int
-    erroneous_words_robot: int
-    osqe_d: int
-    osqe_r: float | None
-    reason: str
-    osqe_r_bounded: float
-
-
 class QualityFigures(OsqeFigures):
     """All figures of a comparison, as JSON."""
 
@@ -199,24 +187,12 @@ class QualityFigures(OsqeFigures):
     differences: list[WordDifference]
 
 
-def score_json(one: OsqeScore) -> OsqeFigures:
-    """The score with the names of the file forms."""
-    return {
-        "erroneous_words_person": one.person,
-        "erroneous_words_robot": one.robot,
-        "osqe_d": one.difference,
-        "osqe_r": one.ratio,
-        "reason": one.reason,
-        "osqe_r_bounded": one.bounded,
-    }
-
-
 def as_json(quality: SpeechQuality) -> QualityFigures:
     """All figures with the names of the file forms."""
     return {
         "words": quality.person.words,
         "phrases": len(quality.phrases),
-        **score_json(quality.score),
+        **quality.score,
         "osqe_d_interval_95": list(quality.difference_interval),
         "osqe_r_bounded_interval_95": list(quality.bounded_interval),
         "verdict": quality.verdict,

@@ -101,13 +101,14 @@ def page(
 
 def _figures(quality: SpeechQuality) -> str:
     one = quality.score
-    ratio = "–" if one.ratio is None else f"{one.ratio:.3g}"
+    wrong = f"{one['erroneous_words_person']} / {one['erroneous_words_robot']}"
+    ratio = "–" if one["osqe_r"] is None else f"{one['osqe_r']:.3g}"
     low, high = quality.difference_interval
     least, most = quality.bounded_interval
     tiles = [
-        _tile("OSQE<sub>D</sub>", f"{one.difference:+d}".replace("-", "−"), f"95 %: {_span(low, high)}"),
-        _tile("OSQE<sub>R</sub>", ratio, escape(one.reason) or f"{one.person} / {one.robot}"),
-        _tile("bounded ratio", f"{one.bounded:.2f}", f"95 %: {_span(least, most)}"),
+        _tile("OSQE<sub>D</sub>", f"{one['osqe_d']:+d}".replace("-", "−"), f"95 %: {_span(low, high)}"),
+        _tile("OSQE<sub>R</sub>", ratio, escape(one["reason"]) or wrong),
+        _tile("bounded ratio", f"{one['osqe_r_bounded']:.2f}", f"95 %: {_span(least, most)}"),
         _tile("commands whole", f"{sum(quality.robot.exact)}", f"of {len(quality.phrases)} by the robot"),
     ]
     return (
@@ -172,8 +173,10 @@ def _marked(pairs: Sequence[Pair]) -> str:
     )
 
 
-def _sound(one: AudioSimilarity) -> str:
-    shown = [samples[: round(MAX_SHOWN_S * RATE_HZ)] for samples in (one.matched.original, one.matched.received)]
+def _sound(similarity: AudioSimilarity) -> str:
+    one, matched = similarity.figures, similarity.matched
+    original, received = one["original"], one["received"]
+    shown = [samples[: round(MAX_SHOWN_S * RATE_HZ)] for samples in (matched.original, matched.received)]
     top = max(float(_levels(samples, RATE_HZ).max()) for samples in shown)
     pictures = "".join(
         f"<figure><figcaption>{name}</figcaption><img alt='Spectrogram of the {name} sound' "
@@ -182,22 +185,22 @@ def _sound(one: AudioSimilarity) -> str:
     )
     seconds = len(shown[0]) / RATE_HZ
     rows = [
-        ("STOI", _number(one.stoi, ".3f"), "understood, 0 to 1"),
-        ("ESTOI", _number(one.estoi, ".3f"), "the same where noise comes and goes"),
-        ("SI-SDR", _number(one.si_sdr_db, ".1f", " dB"), "reverberation counts as distortion here"),
-        ("PESQ, wide band", _number(one.pesq, ".2f"), one.pesq_reason or "1 to 4.6"),
-        ("delay", f"{1000 * one.matched.delay:.1f} ms", "found and taken out before comparing"),
-        ("level", f"{one.received['level_dbfs'] - one.original['level_dbfs']:+.1f} dB", "received against original"),
+        ("STOI", _number(one["stoi"], ".3f"), "understood, 0 to 1"),
+        ("ESTOI", _number(one["estoi"], ".3f"), "the same where noise comes and goes"),
+        ("SI-SDR", _number(one["si_sdr_db"], ".1f", " dB"), "reverberation counts as distortion here"),
+        ("PESQ, wide band", _number(one["pesq_wb"], ".2f"), one["pesq_reason"] or "1 to 4.6"),
+        ("delay", f"{1000 * matched.delay:.1f} ms", "found and taken out before comparing"),
+        ("level", f"{one['level_change_db']:+.1f} dB", "received against original"),
         (
             "noise floor",
-            f"{one.received['noise_floor_dbfs']:.0f} dBFS",
-            f"original {one.original['noise_floor_dbfs']:.0f} dBFS",
+            f"{received['noise_floor_dbfs']:.0f} dBFS",
+            f"original {original['noise_floor_dbfs']:.0f} dBFS",
         ),
-        ("clipped", _percent(one.received["clipped_share"]), f"original {_percent(one.original['clipped_share'])}"),
+        ("clipped", _percent(received["clipped_share"]), f"original {_percent(original['clipped_share'])}"),
     ]
-    if one.compared_note:
-        rows.append(("compared", _percent(one.compared_share), one.compared_note))
-    if one.matched.inverted:
+    if one["compared_note"]:
+        rows.append(("compared", _percent(one["compared_share"]), one["compared_note"]))
+    if matched.inverted:
         rows.append(("polarity", "inverted", "the received sound is upside down; it was turned"))
     body = "".join(
         f"<tr><th>{name}</th><td>{value}</td><td>{escape(remark)}</td></tr>" for name, value, remark in rows

@@ -41,7 +41,7 @@ def test_the_recordings_get_worse_with_noise_and_distance(sweep: str) -> None:
     ]
     told = [measure(None, said, "", responses_at(place), place.ratio, 0) for place in places]
     assert all(quality is None for quality, _ in told)
-    left = [similarity.estoi or 0 for _, similarity in told]
+    left = [similarity.figures["estoi"] or 0 for _, similarity in told]
     assert left[0] > left[1] > left[2]
 
 
@@ -96,7 +96,7 @@ def test_the_loop_keeps_its_recordings_and_texts_under_the_papers_names(tmp_path
     late = np.concatenate((np.zeros(3000), 0.3 * track.samples, np.zeros(8000)))
     assert lag_of(track, late) == pytest.approx(3000, abs=2)
     result = run_loop(Echo(), track, track.samples, late, lag_of(track, late))
-    assert result.quality.score.person == 0 and result.quality.score.robot == 0
+    assert result.quality.score["erroneous_words_person"] == 0 == result.quality.score["erroneous_words_robot"]
     save_loop(tmp_path, result)
     assert (tmp_path / "stt.txt").read_text() == (tmp_path / "rev_stt.txt").read_text() == "turn left; come here\n"
     assert read_sound(tmp_path / "rev.wav").duration > read_sound(tmp_path / "orig.wav").duration

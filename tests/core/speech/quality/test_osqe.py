@@ -25,7 +25,7 @@ WORDS = st.lists(st.sampled_from(["turn", "left", "right", "stop"]), max_size=7)
 
 
 def errors(original: str, heard: str) -> int:
-    return compare(original, heard, "").score.person
+    return compare(original, heard, "").score["erroneous_words_person"]
 
 
 @cache
@@ -42,7 +42,8 @@ def fewest(words: tuple[str, ...], heard: tuple[str, ...]) -> int:
 
 def test_figure_17_gives_minus_six_and_a_half() -> None:
     one = marked_score(FIGURE_17_PERSON, FIGURE_17_ROBOT)
-    assert (one.person, one.robot, one.difference, one.ratio) == (6, 12, -6, 0.5)  # eq. 45, 46
+    assert (one["erroneous_words_person"], one["erroneous_words_robot"]) == (6, 12)
+    assert (one["osqe_d"], one["osqe_r"]) == (-6, 0.5)  # eq. 45, 46
 
 
 def test_the_texts_of_figure_17_are_those_of_the_print() -> None:
@@ -126,22 +127,22 @@ def test_what_was_substituted_lost_and_added_stands_at_its_phrase() -> None:
 
 
 def test_an_empty_text_has_lost_all_words() -> None:
-    assert compare(SPOKEN, "", SPOKEN).score.person == sum(map(len, phrases_of(SPOKEN)))
+    assert compare(SPOKEN, "", SPOKEN).score["erroneous_words_person"] == sum(map(len, phrases_of(SPOKEN)))
 
 
 def test_the_ratio_without_errors_of_the_robot_is_undefined_and_says_why() -> None:
-    assert score(3, 0).ratio is None
-    assert "made no error" in score(3, 0).reason
-    assert "Neither" in score(0, 0).reason
-    assert score(3, 0).bounded == 4.0
-    assert score(0, 0).bounded == 1.0
+    assert score(3, 0)["osqe_r"] is None
+    assert "made no error" in score(3, 0)["reason"]
+    assert "Neither" in score(0, 0)["reason"]
+    assert score(3, 0)["osqe_r_bounded"] == 4.0
+    assert score(0, 0)["osqe_r_bounded"] == 1.0
 
 
 def test_swapping_the_paths_turns_the_sign_and_inverts_the_ratio() -> None:
     one, other = score(6, 12), score(12, 6)
-    assert one.difference == -other.difference
-    assert one.ratio == pytest.approx(1 / (other.ratio or 0))
-    assert one.bounded == pytest.approx(1 / other.bounded)
+    assert one["osqe_d"] == -other["osqe_d"]
+    assert one["osqe_r"] == pytest.approx(1 / (other["osqe_r"] or 0))
+    assert one["osqe_r_bounded"] == pytest.approx(1 / other["osqe_r_bounded"])
 
 
 def test_an_original_without_words_is_refused() -> None:
@@ -158,8 +159,8 @@ def drill(wrong: int) -> SpeechQuality:
 
 def test_the_interval_holds_the_figure_and_is_the_same_each_time() -> None:
     one = drill(8)
-    assert one.difference_interval[0] <= one.score.difference <= one.difference_interval[1]
-    assert one.bounded_interval[0] <= one.score.bounded <= one.bounded_interval[1]
+    assert one.difference_interval[0] <= one.score["osqe_d"] <= one.difference_interval[1]
+    assert one.bounded_interval[0] <= one.score["osqe_r_bounded"] <= one.bounded_interval[1]
     assert drill(8).difference_interval == one.difference_interval
 
 
