@@ -112,12 +112,12 @@ def pattern_of(chosen: argparse.Namespace) -> PictureQuestion:
     from core.pipelines.look import PictureQuestion
 
     return PictureQuestion(
-        picture=Path(),
-        name="",
-        azimuth=chosen.azimuth,
-        azimuth_sd=chosen.azimuth_sd,
-        distance=chosen.distance,
-        field=chosen.fov,
+        picture="",
+        path=Path(),
+        azimuth_rad=chosen.azimuth,
+        azimuth_sd_rad=chosen.azimuth_sd,
+        distance_m=chosen.distance,
+        fov_rad=chosen.fov,
     )
 
 

@@ -12,13 +12,14 @@ from typing import Any, NotRequired, TypedDict
 import cv2
 import msgspec
 import numpy as np
+from msgspec import structs
 
 from core.calibration.files.camera_files import read_camera
 from core.calibration.files.pictures import own_names, read_colour, read_upright, size_words
 from core.errors import BadInput
 from core.files import folder_at, save, text_of
 from core.geometry import OPTICAL, Transform
-from core.message import Array, message
+from core.message import Array
 from core.optics import CameraModel
 from core.perception.people.detector import Rectangle
 from core.perception.people.engines import open_detector
@@ -42,21 +43,6 @@ MOST_QUESTIONS, MOST_BYTES = 20_000, 8 * 2**20  # of a file with questions
 COLOURS = ((80, 200, 255), (90, 220, 90), (255, 170, 60))  # of head, torso and feet, blue-green-red
 
 Edges = tuple[float, float, float, float]
-
-
-@message
-class PictureQuestion:
-    """A question about a picture file."""
-
-    picture: Path
-    name: str  # as the answer calls it
-    azimuth: float | None = None  # [rad] left positive, from the camera's axis; None: look anywhere
-    azimuth_sd: float = ASKED_SD_RAD  # [rad]
-    distance: float | None = None  # [m]
-    pixels: Array | None = None  # (H, W, 3) of a recorded picture; None: those of the file
-    field: float | None = (
-        None  # [rad] that the picture is wide; None: by the camera's calibration, else FIELD_OF_VIEW_RAD
-    )
 
 
 class PersonEntry(TypedDict):
@@ -90,11 +76,18 @@ class LookedPicture(TypedDict):
 class QuestionRow(msgspec.Struct, frozen=True, kw_only=True):
     """A row of a file with questions."""
 
-    picture: str
-    azimuth_rad: float | None = None
+    picture: str  # as the answer calls it
+    azimuth_rad: float | None = None  # left positive, from the camera's axis; None: look anywhere
     azimuth_sd_rad: float = ASKED_SD_RAD
     distance_m: float | None = None
-    fov_rad: float | None = None
+    fov_rad: float | None = None  # None: by the camera's calibration, else FIELD_OF_VIEW_RAD
+
+
+class PictureQuestion(QuestionRow, frozen=True, kw_only=True):
+    """A question about a picture file."""
+
+    path: Path
+    pixels: Array | None = None  # (H, W, 3) of a recorded picture; None: those of the file
 
 
 QUESTION_KEYS = QuestionRow.__struct_fields__
@@ -119,7 +112,7 @@ def look_each(
     folder = None if draw is None else folder_at(draw)
     opened = cache(lambda: open_detector(settings))  # not before a picture could be read
     for number, question in enumerate(progress.each(questions, "pictures")):
-        drawing = None if folder is None else folder / f"{question.picture.stem}_people_{number}.jpg"
+        drawing = None if folder is None else folder / f"{question.path.stem}_people_{number}.jpg"
         yield _answered(question, model, opened, drawing)
 
 
@@ -146,8 +139,8 @@ def look_recorded(
             continue
         start = found.stamp if start is None else start
         at = found.stamp - start
-        known = model or (found.model if pattern.field is None else None)
-        asked = replace(pattern, picture=path, name=f"{path.name} {at:.1f} s", pixels=found.pixels)
+        known = model or (found.model if pattern.fov_rad is None else None)
+        asked = structs.replace(pattern, path=path, picture=f"{path.name} {at:.1f} s", pixels=found.pixels)
         drawing = None if folder is None else folder / f"{path.stem}_people_{at:07.1f}.jpg"
         yield {**_answered(asked, known, opened, drawing), "t_s": round(at, 3)}
     if start is None:
@@ -171,47 +164,39 @@ def read_questions(path: Path) -> list[PictureQuestion]:
             raise BadInput(f"{path.name} says {name}, which is not read; write {own}.")
     if len(rows) > MOST_QUESTIONS:
         raise BadInput(f"{path.name} holds {len(rows)} questions; at most {MOST_QUESTIONS} are answered in one run.")
-    return [
-        PictureQuestion(
-            picture=path.parent / row.picture,
-            name=row.picture,
-            azimuth=row.azimuth_rad,
-            azimuth_sd=row.azimuth_sd_rad,
-            distance=row.distance_m,
-            field=row.fov_rad,
-        )
-        for row in rows
-    ]
+    return [PictureQuestion(**structs.asdict(row), path=path.parent / row.picture) for row in rows]
 
 
 def questions_of(files: Sequence[Path], pattern: PictureQuestion) -> list[PictureQuestion]:
     """The same question about several files."""
-    return [replace(pattern, picture=path, name=name) for path, name in zip(files, own_names(files), strict=True)]
+    return [
+        structs.replace(pattern, path=path, picture=name) for path, name in zip(files, own_names(files), strict=True)
+    ]
 
 
 def _check(question: PictureQuestion) -> None:
     """Raises BadInput with a sentence for numbers that mean nothing."""
     bounds = (
-        ("azimuth", question.azimuth, -math.pi, math.pi, "rad"),
-        ("sd of the azimuth", question.azimuth_sd, 0.0, 1.0, "rad"),
-        ("distance", question.distance, MIN_DISTANCE_M, MAX_DISTANCE_M, "m"),
-        ("field of view", question.field, MIN_FIELD_RAD, MAX_FIELD_RAD, "rad"),
+        ("azimuth", question.azimuth_rad, -math.pi, math.pi, "rad"),
+        ("sd of the azimuth", question.azimuth_sd_rad, 0.0, 1.0, "rad"),
+        ("distance", question.distance_m, MIN_DISTANCE_M, MAX_DISTANCE_M, "m"),
+        ("field of view", question.fov_rad, MIN_FIELD_RAD, MAX_FIELD_RAD, "rad"),
     )
     for name, value, low, high, unit in bounds:
         if value is not None and not low <= value <= high:
             raise BadInput(f"The {name} must lie between {low:.3g} and {high:.3g} {unit}, not {value:.6g}.")
-    if question.distance is not None and question.azimuth is None:
+    if question.distance_m is not None and question.azimuth_rad is None:
         raise BadInput("A distance needs the azimuth in which it was measured.")
 
 
 def _answered(
     question: PictureQuestion, model: CameraModel | None, opened: Callable[[], PersonDetector], drawing: Path | None
 ) -> LookedPicture:
-    answer: LookedPicture = {"picture": question.name, "people": [], "processing_s": 0.0}
+    answer: LookedPicture = {"picture": question.picture, "people": [], "processing_s": 0.0}
     try:
         pixels = question.pixels
         if pixels is None:
-            pixels = read_upright(question.picture) if model is None else read_colour(question.picture)
+            pixels = read_upright(question.path) if model is None else read_colour(question.path)
         camera = _camera(question, model, pixels)
     except BadInput as wrong:
         return {**answer, "error": f"{str(wrong)[:1].upper()}{str(wrong)[1:]}."}
@@ -240,7 +225,7 @@ def _camera(question: PictureQuestion, model: CameraModel | None, pixels: Array)
     """The camera of a picture, level, at the height of a table. Raises BadInput for another's calibration."""
     height, width = pixels.shape[:2]
     if model is None:
-        focal = width / 2 / math.tan((question.field or FIELD_OF_VIEW_RAD) / 2)
+        focal = width / 2 / math.tan((question.fov_rad or FIELD_OF_VIEW_RAD) / 2)
         model = CameraModel(width=width, height=height, fx=focal, fy=focal, cx=(width - 1) / 2, cy=(height - 1) / 2)
     elif abs(width / model.width - height / model.height) > 0.01 * width / model.width:
         raise BadInput(f"it is {size_words(pixels)}, the camera file is for {model.width}x{model.height}")
@@ -260,13 +245,13 @@ def _found(
     asked = LookQuestion(
         pixels=pixels,
         camera=camera,
-        bearing=question.azimuth,
-        sd=question.azimuth_sd,
-        distances=() if question.distance is None else (question.distance,),
+        bearing=question.azimuth_rad,
+        sd=question.azimuth_sd_rad,
+        distances=() if question.distance_m is None else (question.distance_m,),
         on_floor=False,
     )
     found = detector.look(asked)
-    return (found if question.azimuth is None else found[:1]), factor
+    return (found if question.azimuth_rad is None else found[:1]), factor
 
 
 def _person(found: Rectangle, factor: float) -> PersonEntry:
