@@ -14,6 +14,7 @@ from console.http.problems import Problem
 from console.maps.marks import RouteMark
 from console.maps.routes import MAX_SAID_LETTERS, MAX_STOPS, MAX_WAIT_S, RouteNote, RouteRun, RouteService, RouteState
 from console.maps.store import MAX_NAME_LETTERS as MAX_ROUTE_LETTERS
+from console.messages import filled
 from core.sentences import Statement
 from core.speech.understanding.place_names import MAX_NAME_LETTERS
 
@@ -80,18 +81,8 @@ class RouteProgress(msgspec.Struct, frozen=True):
 def progress_of(run: RouteRun | None) -> RouteProgress:
     if run is None:
         return RouteProgress(None, 0, 0, "idle", "")
-    return RouteProgress(
-        run.route.name,
-        run.stop + 1,
-        len(run.route.stops),
-        run.state,
-        run.reason,
-        run.rounds,
-        run.here.place,
-        run.owner.name,
-        run.skipped,
-        run.notes,
-    )
+    own = {"name": run.route.name, "stop": run.stop + 1, "of": len(run.route.stops), "round": run.rounds}
+    return filled(RouteProgress, run, **own, place=run.here.place, owner=run.owner.name)
 
 
 @routes.get("/routes")

@@ -10,7 +10,6 @@ from console.calibration import answers
 from console.calibration.codec import THUMBNAIL_PX, advised_view, board_of, png, points
 from console.calibration.session_worker import SessionWorker
 from console.messages.calibration import (
-    CalibrationBars,
     CalibrationBoard,
     CalibrationProgress,
     CalibrationUncertainty,
@@ -112,14 +111,9 @@ class CameraWorker(SessionWorker[CameraSession]):
             uncertainty = CalibrationUncertainty(columns, rows, np.round(known.sd, 3).tolist())
         return answers.SessionChange(
             advice=advised_view(session.advice()),
-            progress=CalibrationProgress(
-                views=progress.views,
-                ready=progress.ready,
-                words=progress.words,
-                p95_px=progress.p95,
-                target_px=progress.target,
-                bars=CalibrationBars(**progress.bars._asdict()),
-                cells=progress.cells.tolist(),
+            progress=msgspec.convert(
+                {**progress._asdict(), "bars": progress.bars._asdict(), "cells": progress.cells.tolist()},
+                CalibrationProgress,
             ),
             uncertainty=uncertainty,
             views=self._views(),

@@ -4,8 +4,9 @@ import asyncio
 import secrets
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
+
+import msgspec
 
 from console.broadcast import Broadcaster
 from console.calibration import answers
@@ -32,6 +33,7 @@ from console.calibration.session_store import (
 )
 from console.calibration.solver_worker import SolverWorker
 from console.http.problems import Problem
+from console.messages import filled
 from console.messages import state as messages
 from console.messages.calibration import (
     CalibrationBoard,
@@ -356,8 +358,7 @@ class CalibrationService(Part):
             self._news.changed(session.shown, urgent=urgent)
 
 
-@dataclass(frozen=True)
-class SessionRow:
+class SessionRow(msgspec.Struct, frozen=True):
     """A session in the list of all."""
 
     id: str
@@ -370,8 +371,7 @@ class SessionRow:
     accepted_s: float | None
 
 
-@dataclass(frozen=True)
-class SessionList:
+class SessionList(msgspec.Struct, frozen=True):
     """All sessions, the newest first."""
 
     sessions: list[SessionRow]
@@ -379,13 +379,5 @@ class SessionList:
 
 def listed(session: CalibrationSession) -> SessionRow:
     shown = session.shown
-    return SessionRow(
-        id=shown.id,
-        kind=shown.kind,
-        source=shown.source,
-        created_s=shown.created_s,
-        views=shown.progress.views,
-        ready=shown.progress.ready,
-        accepted=shown.accepted_s is not None,
-        accepted_s=shown.accepted_s,
-    )
+    views, ready = shown.progress.views, shown.progress.ready
+    return filled(SessionRow, shown, views=views, ready=ready, accepted=shown.accepted_s is not None)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import msgspec
 
+from console.messages import filled
 from console.people.worker import SeenBackground, SeenPerson
 from core.geometry import Pose
 from core.message import Array
@@ -164,10 +165,9 @@ class EnrollmentSession:
     @property
     def shown(self) -> EnrollmentState:
         gesture = self.next
-        return EnrollmentState(
-            id=self.id,
-            who=self.who,
-            owner=self.owner,
+        return filled(
+            EnrollmentState,
+            self,
             background=self.background is not None,
             next=gesture.name if gesture else "",
             advice=STEP_OUT if self.background is None else gesture.words if gesture else ENOUGH,
@@ -176,9 +176,6 @@ class EnrollmentSession:
             newest=None if self.newest is None else self.newest.shown,
             fewest=MIN_PICTURES,
             ready=len(self.taken) >= MIN_PICTURES,
-            demo=self.demo,
-            trouble=self.trouble,
-            waits=self.waits,
         )
 
     def _judged(self, gesture: str, size: list[int], picture: bytes) -> JudgedPicture:

@@ -74,8 +74,8 @@ class SessionProgress(NamedTuple):
     """The progress of the wizard."""
 
     views: int
-    p95: float | None  # [pixel] projection uncertainty, 95 % of the picture; None before the first solution
-    target: float  # [pixel]
+    p95_px: float | None  # projection uncertainty, 95 % of the picture; None before the first solution
+    target_px: float
     ready: bool
     bars: Measures
     cells: Array  # (6, 8) corners seen in each cell of the picture

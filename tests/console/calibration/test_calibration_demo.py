@@ -248,7 +248,7 @@ def test_the_demo_calibrates_the_camera_by_itself() -> None:
     robot, session = some_robot(6), CameraSession(BOARD)
     took = Lesson(robot, session, 6).run(60.0)
     progress = session.progress()
-    assert progress.ready and progress.p95 is not None and progress.p95 <= 0.5 and took < 60
+    assert progress.ready and progress.p95_px is not None and progress.p95_px <= 0.5 and took < 60
     found = session.accept()
     for name in found.free:
         off = getattr(found.model, name) - getattr(TABLE_3, name)
