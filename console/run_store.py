@@ -27,14 +27,10 @@ CANCELLED = "Cancelled before it was done."
 RunState = Literal["running", "done", "cancelled", "failed"]
 
 
-def new_run_id() -> str:
-    return secrets.token_hex(6)
-
-
 class StoredRun(msgspec.Struct, kw_only=True):
     """One run, as it is kept; a kind of run adds what it measures."""
 
-    id: str = msgspec.field(default_factory=new_run_id)
+    id: str = msgspec.field(default_factory=lambda: secrets.token_hex(6))
     who: str
     at_s: float = msgspec.field(default_factory=time.time)  # Unix time of its start
     state: RunState = "running"

@@ -19,7 +19,7 @@ import numpy as np
 from core.errors import BadInput, BadSettings, BeckonError, Refused, Unavailable, Unwritable
 from core.files import check_file, check_folder
 from core.progress import WorkProgress
-from core.sensors.checks import Fault, UnusableReading
+from core.sensors.checks import UnusableReading, found_faults
 from core.sentences import code_of
 
 JSON_BEGUN = ContextVar("json_begun", default=False)
@@ -128,12 +128,8 @@ def refusal_of(error: Exception) -> dict[str, object]:
     kind = next((code for kind, code in KINDS if isinstance(error, kind)), "internal")
     refusal: dict[str, object] = {"error": sentence_of(error), "code": known or kind}
     if faults:
-        refusal["faults"] = fault_rows(faults)
+        refusal["faults"] = found_faults(faults)
     return refusal
-
-
-def fault_rows(faults: Iterable[Fault]) -> list[dict[str, str]]:
-    return [{"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in faults]
 
 
 def sentence_of(error: Exception) -> str:

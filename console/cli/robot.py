@@ -7,9 +7,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_command, add_out, answer, fault_rows, progress, tell
+from console.cli.answer import add_command, add_out, answer, progress, tell
 from core.errors import BadInput, Refused
 from core.files import write_atomic
+from core.sensors.checks import found_faults
 
 if TYPE_CHECKING:
     from core.robots.conformance import ConformanceReport
@@ -67,7 +68,7 @@ def run_check(chosen: argparse.Namespace) -> int:
         "checks": checks,
         "not_checked": [one._asdict() for one in report.not_checked],
         "remarks": list(report.remarks),
-        "faults": fault_rows(report.faults),
+        "faults": found_faults(report.faults),
         "agreement": agreement_of(report),
     }
     answer(chosen, found, *lines)

@@ -27,20 +27,12 @@ from core.calibration.mount import NAMES
 from core.calibration.printed import Equation44
 from core.geometry import OPTICAL
 from core.optics import CameraModel
-from core.sensors.checks import Fault
+from core.sensors.checks import FoundFault, found_faults
 
 FORMAT_NAME, FORMAT_VERSION = "beckon-calibration", 1
 Method = Literal["exact", "table-1"]
 # The 95 % uncertainty to be reached: a share of the picture's width, and no less than so much [pixel].
 TARGET_SHARE, TARGET_LEAST = 1 / 1000, 0.5
-
-
-class FoundFault(TypedDict):
-    """A fault that a check found."""
-
-    code: str
-    sensor: str
-    sentence: str
 
 
 class RefusedPicture(TypedDict):
@@ -273,11 +265,6 @@ def board_poses(calibration: Calibration) -> list[BoardPoseEntry]:
             vectors.tolist(), poses.translations.tolist(), calibration.pose_sds.tolist(), strict=True
         )
     ]
-
-
-def found_faults(faults: Sequence[Fault]) -> list[FoundFault]:
-    """Faults as JSON keys."""
-    return [{"code": each.code, "sensor": each.sensor, "sentence": each.sentence} for each in faults]
 
 
 def camera_numbers(model: CameraModel, *, with_k3: bool = True) -> CameraNumbers:

@@ -88,14 +88,9 @@ def ours_alone(
     return DirectionEstimate(azimuth=None if found is None else found.azimuth)
 
 
-def printed(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
-    """The paper's way."""
-    return DirectionEstimate(azimuth=locate_as_printed(sound, array, PRE_ROLL_S).azimuth)
-
-
-def printed_alone(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
-    """The paper's way where nobody knows when the speech begins."""
-    return DirectionEstimate(azimuth=locate_as_printed(sound, array).azimuth)
+def printed(sound: Sound, array: MicrophoneArray, speech_from: float | None = PRE_ROLL_S) -> DirectionEstimate:
+    """The paper's way; `speech_from` None: nobody knows when the speech begins."""
+    return DirectionEstimate(azimuth=locate_as_printed(sound, array, speech_from).azimuth)
 
 
 def estimators_with(settings: DirectionFindingSettings) -> dict[str, Estimator]:
@@ -105,7 +100,7 @@ def estimators_with(settings: DirectionFindingSettings) -> dict[str, Estimator]:
         "as_printed": printed,
         "beckon_first_0.35_s": partial(ours_at_once, settings=settings),
         "beckon_alone": partial(ours_alone, settings=settings),
-        "as_printed_alone": printed_alone,
+        "as_printed_alone": partial(printed, speech_from=None),
     }
 
 

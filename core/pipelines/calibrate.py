@@ -33,7 +33,7 @@ from core.files import save_all, text_of
 from core.message import Array
 from core.optics import CameraModel
 from core.progress import UNSEEN, WorkProgress
-from core.sensors.checks import Fault, UnusableReading, fault, faults_of, refusal
+from core.sensors.checks import Fault, UnusableReading, fault, faults_of, found_faults, refusal
 
 PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".pgm", ".ppm"}
 SCANS = {".pcd", ".csv"}
@@ -98,7 +98,7 @@ def camera_from(
     ]
     answer: reports.CameraFilesReport = {
         **report,
-        "faults": report["faults"] + reports.found_faults(looked.faults),
+        "faults": report["faults"] + found_faults(looked.faults),
         "warnings": looked.warnings + report["warnings"],
         "views_refused": refused + dropped,
         "correction": reports.correction_report(calibration.model),
@@ -133,7 +133,8 @@ def calibrate_laser(
     faults: list[Fault] = []
     for number, (picture, scans) in enumerate(progress.each(pairs, "looking for the board")):
         try:
-            scanned.append(average_scan(*read_scans(scans)))
+            bearings, ranges = read_scans(scans)
+            scanned.append(average(ranges, unit_rays(bearings)))
         except BadInput as wrong:
             scanned.append(None)
             refused.append({"image": picture.name, "reason": str(wrong)})
@@ -200,11 +201,6 @@ def _board_pose(grey: Array, board: Board, model: CameraModel) -> BoardPose:
     return board_pose(model, board, _corners(grey, board)[0])
 
 
-def average_scan(bearings: Array, ranges: Array) -> MeanScan:
-    """Scans (K, B) [m] of a still scene at bearings (B,) [rad] → their mean."""
-    return average(ranges, unit_rays(bearings))
-
-
 def mount_from(
     poses: Sequence[LaserPose],
     refused: Sequence[reports.RefusedPicture],
@@ -241,7 +237,7 @@ def mount_from(
     return {
         **report,
         "poses_refused": [*refused, *report["poses_refused"]],
-        "faults": reports.found_faults(faults),
+        "faults": found_faults(faults),
         "files": {} if out is None else save_all(out, laser_exports(found, board, model)),
     }
 

@@ -8,18 +8,11 @@ import cv2
 from core.calibration.camera.undistortion import exact_map, straighten, table_1_map
 from core.calibration.files.camera_files import read_camera
 from core.calibration.files.pictures import own_names, read_colour, size_words
-from core.calibration.reports import (
-    CorrectedPictures,
-    Method,
-    RefusedPicture,
-    StraightPicture,
-    correction_report,
-    found_faults,
-)
+from core.calibration.reports import CorrectedPictures, Method, RefusedPicture, StraightPicture, correction_report
 from core.errors import BadInput
 from core.files import folder_at, save
 from core.progress import UNSEEN, WorkProgress
-from core.sensors.checks import Fault, UnusableReading, faults_of
+from core.sensors.checks import Fault, UnusableReading, faults_of, found_faults
 
 
 def correct(

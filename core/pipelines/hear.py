@@ -10,7 +10,6 @@ from typing import TypedDict
 
 import numpy as np
 
-from core.calibration.reports import FoundFault, found_faults
 from core.errors import BadInput, Unavailable
 from core.geometry import wrap
 from core.perception.sound.array_diagnostics import check
@@ -26,7 +25,7 @@ from core.recording.read_report import ReadReport
 from core.recording.recorded_senses import is_recording, recorded_sound
 from core.recording.recording import RecordingReport
 from core.recording.sound_file import missing_share, read_sound
-from core.sensors.checks import CHECKS, Fault, fault
+from core.sensors.checks import CHECKS, Fault, FoundFault, fault, found_faults
 from core.sensors.microphones import MAX_SAMPLE, MicrophoneArray, Sound
 from core.settings import Settings
 from core.speech.recognition.decision import RecognizedUtterance, Verdict

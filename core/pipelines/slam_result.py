@@ -9,6 +9,7 @@ from core.geometry import Pose
 from core.message import Array
 from core.recording import Recording, RecordingReport
 from core.recording.drive import DriveRecording
+from core.sensors.checks import FoundFault, found_faults
 from core.slam.estimate import Landmark
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import ClosureStatus
@@ -52,7 +53,7 @@ class SlamFigures(TypedDict):
     skipped: int
     declared: int | None
     warnings: list[str]
-    faults: list[dict[str, str]]  # code and sentence of what the checks of the readings found
+    faults: list[FoundFault]  # of what the checks of the readings found
     error: NotRequired[PositionErrors]  # where the truth is known: a recording of the simulated robot
     processing_s: NotRequired[float]  # as the caller measured it
 
@@ -118,7 +119,7 @@ class SlamResult:
             "skipped": report.skipped,
             "declared": report.declared,
             "warnings": list(report.warnings),
-            "faults": [{"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in report.faults],
+            "faults": found_faults(report.faults),
         }
         if errors is not None:
             figures["error"] = errors

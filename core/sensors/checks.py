@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypedDict
 
 import msgspec
 import numpy as np
@@ -52,6 +52,19 @@ class Fault(msgspec.Struct, frozen=True, kw_only=True):
     def statement(self) -> Statement:
         """The sentence, which knows its code."""
         return Statement.of(self.sentence, self.code, self.values)
+
+
+class FoundFault(TypedDict):
+    """A fault that a check found."""
+
+    code: str
+    sensor: str
+    sentence: str
+
+
+def found_faults(faults: Iterable[Fault]) -> list[FoundFault]:
+    """Faults as JSON keys."""
+    return [{"code": each.code, "sensor": each.sensor, "sentence": each.sentence} for each in faults]
 
 
 class UnusableReading(BadInput):

@@ -58,11 +58,11 @@ def advise(
     if calibration is not None:
         seen, noise = calibration.poses.take(calibration.used), max(calibration.noise, MIN_NOISE_PX)
         around = calibration.corners.pixels[calibration.corners.used]
-        known = known + view_information(camera, seen, board.points, PAPER, noise).sum(axis=0)
+        known = known + view_information(camera, seen, board.points, noise).sum(axis=0)
     elif taken is not None and len(taken):
         seen, around = homography.board_poses(board.points, taken, camera), taken.reshape(-1, 2)
-        known = known + view_information(camera, seen, board.points, PAPER, noise).sum(axis=0)
-    gains = view_information(camera, poses, board.points, PAPER, noise)
+        known = known + view_information(camera, seen, board.points, noise).sum(axis=0)
+    gains = view_information(camera, poses, board.points, noise)
     grid = sensitivity(model, PAPER, around)
     return advice_of(model, poses, choose(grid, known, gains), board)
 

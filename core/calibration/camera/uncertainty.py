@@ -7,7 +7,7 @@ import numpy as np
 from core.calibration.camera import bundle_adjustment
 from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
 from core.calibration.camera.intrinsics import Calibration
-from core.calibration.projection import PARAMETERS, Poses, linearise, vector_of
+from core.calibration.projection import PAPER, PARAMETERS, Poses, linearise, vector_of
 from core.message import Array, message
 from core.optics import CameraModel
 
@@ -85,12 +85,12 @@ def map_pixels(model: CameraModel) -> Array:
     return np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
 
 
-def view_information(camera: Array, poses: Poses, points: Array, free: tuple[int, ...], noise: float) -> Array:
-    """Information (M, P, P) about the free parameters from a view of the board in each pose."""
+def view_information(camera: Array, poses: Poses, points: Array, noise: float) -> Array:
+    """Information (M, 8, 8) about the paper's parameters from a view of the board in each pose."""
     shown = Corners(
         points, np.zeros((len(poses.rotations), len(points), 2)), np.ones((len(poses.rotations), len(points)), bool)
     )
-    return bundle_adjustment.information(shown, BundleSolution(camera, poses), free) / noise**2
+    return bundle_adjustment.information(shown, BundleSolution(camera, poses), PAPER) / noise**2
 
 
 def _derivatives(model: CameraModel, pixels: Array, free: tuple[int, ...]) -> tuple[Array, Array]:

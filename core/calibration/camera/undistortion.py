@@ -34,9 +34,9 @@ class TiePoints(NamedTuple):
     ideal: Array  # (N, 2); NaN where the camera model reaches no ray
 
 
-def tie_points(model: CameraModel, count: int = TIE_POINTS) -> TiePoints:
-    """A `count` x `count` grid that covers the entire picture, as seen and as it would be without distortion."""
-    pixels = np.stack(np.meshgrid(*_grid_lines(model, count)), axis=-1).reshape(-1, 2)
+def tie_points(model: CameraModel) -> TiePoints:
+    """A square grid that covers the entire picture, as seen and as it would be without distortion."""
+    pixels = np.stack(np.meshgrid(*_grid_lines(model)), axis=-1).reshape(-1, 2)
     distorted = (pixels - (model.cx, model.cy)) / (model.fx, model.fy)
     return TiePoints(distorted, model.undistort(distorted))
 
@@ -97,7 +97,7 @@ def table_1_map(model: CameraModel) -> Array:
     grid = tie_points(model)
     focal, centre = np.array([model.fx, model.fy]), np.array([model.cx, model.cy])
     corrected = apply_inverse(inverse_parameters(model, grid), grid.distorted) * focal + centre
-    u, v = _grid_lines(model, TIE_POINTS)
+    u, v = _grid_lines(model)
     across, down = (
         scipy.interpolate.RectBivariateSpline(v, u, corrected[:, axis].reshape(len(v), len(u))) for axis in (0, 1)
     )
@@ -127,9 +127,9 @@ def _summary(off: Array) -> MapError:
     return {"rms_px": float(np.sqrt(squares.mean())), "max_px": float(np.sqrt(squares.max()))}
 
 
-def _grid_lines(model: CameraModel, count: int) -> tuple[Array, Array]:
+def _grid_lines(model: CameraModel) -> tuple[Array, Array]:
     """Columns u and rows v [pixel] of a grid from rim to rim of the picture."""
-    return np.linspace(-0.5, model.width - 0.5, count), np.linspace(-0.5, model.height - 0.5, count)
+    return np.linspace(-0.5, model.width - 0.5, TIE_POINTS), np.linspace(-0.5, model.height - 0.5, TIE_POINTS)
 
 
 def _inverse_with_jacobian(a: Array, distorted: Array) -> tuple[Array, Array]:

@@ -64,7 +64,7 @@ def test_a_turn_of_the_camera_is_no_error() -> None:
 
 def test_predicted_information_is_what_a_view_gives() -> None:
     corners, truth = some_corners(5, noise=0.0)
-    predicted = view_information(truth.camera, truth.poses, BOARD.points, PAPER, 0.3)
+    predicted = view_information(truth.camera, truth.poses, BOARD.points, 0.3)
     assert np.allclose(predicted, bundle_adjustment.information(corners, truth, PAPER) / 0.09)
 
 
