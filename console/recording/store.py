@@ -123,6 +123,7 @@ class RecordingStore(Part):
                 fresh = fresh if fresh.endswith(path.suffix) else f"{fresh}{path.suffix}"
             ending = "" if path.name == name else ENDING
             async with self.naming:
+                path = self.file(name)
                 self._check_free(fresh)
                 with saving("The recording could not be renamed"):
                     await asyncio.to_thread(path.rename, path.with_name(f"{fresh}{ending}"))

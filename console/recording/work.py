@@ -277,11 +277,11 @@ class RecorderWorker:
 
     @job
     def read(self, file: str) -> FinishedRecording:
-        """Look at a file's summary; one that has none is shown as not complete."""
-        path = Path(file)
-        size = path.stat().st_size
+        """Look at a file's summary; one that has none, or that was just taken away, is shown as not complete."""
+        path, size = Path(file), 0
         described, said = dict[str, str](), SentenceCode()
         try:
+            size = path.stat().st_size
             with path.open("rb") as opened:
                 reader = make_reader(opened)
                 summary = reader.get_summary()

@@ -247,7 +247,10 @@ def test_of_two_that_are_given_one_name_at_once_one_is_refused_and_no_note_is_lo
     with monkeypatch.context() as busy:
         busy.setattr(Path, "rename", slowly)
         ends = live.run(at_once(*(store.rewrite(name, None, "same") for name in ("one", "two"))))
-    assert [type(one) for one in ends] == [type(None), Problem]
+        assert [type(one) for one in ends] == [type(None), Problem]
+        moved = live.run(at_once(*(store.rewrite("same", None, name) for name in ("here", "there"))))
+        assert [getattr(one, "status", 0) for one in moved] == [0, 404]
+        live.run(store.rewrite("here", None, "same"))
     assert (live.home / "recordings" / "same.mcap").read_bytes() == b"one"
     with monkeypatch.context() as busy:
         busy.setattr("console.recording.store.write_atomic", written)
@@ -519,6 +522,11 @@ def test_a_recording_that_could_not_be_read_in_time_is_not_called_unfinished(
         assert (row["complete"], row["code"]) == (True, "recording.unread") and "took longer" in row["cause"]
     assert (slow()["cause"], slow()["seconds"] > 1) == ("", True)
     assert ask(live, "DELETE", "recordings/slow").status == 204
+
+
+def test_a_file_that_was_just_taken_away_is_not_complete(tmp_path: Path) -> None:
+    read = RecorderWorker().read(str(tmp_path / "gone.mcap"))
+    assert (read.name, read.bytes, read.complete) == ("gone", 0, False)
 
 
 def test_a_file_that_is_still_written_is_left_to_its_process(tmp_path: Path) -> None:
