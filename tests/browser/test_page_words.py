@@ -270,7 +270,7 @@ def test_no_figure_is_written_with_a_hyphen_for_its_minus(visit: Open) -> None:
 
 def test_what_to_say_where_stands_beside_what_is_heard(visit: Open, console: Running) -> None:
     here = visit()
-    hint = here.find("hearing-card .hearing-words .note")
+    hint = here.find("hearing-card .hearing-words .note:not([hidden])")
     here.open_tab("Voices")
     here.say("stop moving")  # who drives may let voices give orders
     for name, says in (("Listen", "press Obey"), ("Obey", "Say a command in the room")):
