@@ -33,6 +33,7 @@ FORMAT_NAME, FORMAT_VERSION = "beckon-calibration", 1
 Method = Literal["exact", "table-1"]
 # The 95 % uncertainty to be reached: a share of the picture's width, and no less than so much [pixel].
 TARGET_SHARE, TARGET_LEAST = 1 / 1000, 0.5
+MAX_DISAGREEMENT = 1.5  # times the deviations, up to which pictures may disagree without a word
 
 
 class RefusedPicture(TypedDict):
@@ -110,6 +111,7 @@ class CameraReport(CameraNumbers):
     rms_px: float
     noise_px: float
     sd: dict[str, float]  # of every number that was estimated
+    disagreement: float  # times these, by which cameras from other pictures alike would differ
     covariance: list[list[float]]  # in the order of sd
     views: list[ViewFit]
     uncertainty: PictureUncertainty
@@ -223,6 +225,12 @@ def camera_report(calibration: Calibration) -> CameraReport:
             f"Not yet exact: 95 % of the picture is known to ±{known.p95:.2f} px (wanted {target(model.width):.2f}). "
             "Show the board tilted, close up and near the rims."
         )
+    if calibration.disagreement > MAX_DISAGREEMENT:
+        doubts.append(
+            f"The pictures disagree by more than their noise: from other pictures alike the camera would differ by "
+            f"about {calibration.disagreement:.1f} times the deviations that are stated. Fix the board to something "
+            "stiff, lock the focus, and hold still."
+        )
     if calibration.free[-1] == "k3":
         doubts.append("k3 was needed: it predicts pictures that took no part in the fit better.")
     return {
@@ -231,6 +239,7 @@ def camera_report(calibration: Calibration) -> CameraReport:
         "rms_px": calibration.rms,
         "noise_px": calibration.noise,
         "sd": sds,
+        "disagreement": calibration.disagreement,
         "covariance": calibration.covariance.tolist(),
         "views": [
             {

@@ -279,6 +279,21 @@ def _gain_of_own_cameras(known: NormalEquations) -> _Gain:
     return _gain(known, unit, unit[:, :0])
 
 
+def disagreement(known: NormalEquations, noise: float, freedom: int) -> float:
+    """How many times as much as the corners' noise lets them the views' own cameras differ, as deviations; 1 where
+    they do not beyond doubt.
+
+    `known`: the equations of the used views by the free parameters, `noise` [pixel] with its degrees of freedom.
+    """
+    own = _gain_of_own_cameras(known)
+    degrees = own.freedom - known.pull.shape[1]
+    if degrees < 1:
+        return 1.0
+    ratio = own.amount / degrees / max(noise, 1e-12) ** 2
+    beyond_doubt = float(scipy.special.fdtrc(degrees, max(freedom, 1), ratio)) < FALSE_ALARM_CHANCE
+    return float(np.sqrt(ratio)) if beyond_doubt else 1.0
+
+
 def _explains(some: Corners, before: float, after: float) -> bool:
     gain = before - after
     return gain > LEAST_SHARE * before and gain / len(PAPER) > LEAST_F * after / _freedom(some)

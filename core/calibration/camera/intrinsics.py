@@ -76,6 +76,7 @@ class Calibration:
     warnings: tuple[str, ...] = ()  # the faults' sentences among them
     faults: tuple[Fault, ...] = ()
     undecided: str = ""  # why this camera must not be used; empty: it may be
+    disagreement: float = 1.0  # times the deviations by which cameras from other pictures alike would differ
 
     @property
     def sds(self) -> dict[str, float]:
@@ -129,8 +130,12 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
     precision = known.of((*free, *of_board)).precision.sum(axis=0)
     covariance = bundle_adjustment.covariance(precision, noise)[: len(free), : len(free)]
     covariance, doubts = _with_focal_doubt(corners, solution, free, covariance)
+    used = np.flatnonzero(corners.views_used)
+    left = 2 * int(np.count_nonzero(corners.used)) - 6 * len(used) - len(free)
+    disagreement = consistency.disagreement(known.take(used).of(free), noise, left)
     if isinstance(found.part, Variation):
-        covariance = covariance * max(found.part.excess, 1.0)
+        widened = max(found.part.excess, 1.0)
+        covariance, disagreement = covariance * widened, max(disagreement / np.sqrt(widened), 1.0)
     figures = suspects.figures(solution.camera, covariance)
     brought = suspects.with_each(corners, solution, free)
     verdicts = _verdicts(views, corners, everything, solution, board, figures, brought)
@@ -160,6 +165,7 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
         warnings=(*sentences, *_warnings(corners, found.focal_known), *([deciding] if deciding else [])),
         faults=faults,
         undecided=undecided,
+        disagreement=float(disagreement),
     )
 
 
