@@ -25,6 +25,7 @@ ROUTER_MODULES = (
     "stop",
     "commands",
     "state",
+    "camera",
     "hearing",
     "recognizer",
     "lease",

@@ -15,6 +15,7 @@ from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.control.own_navigation import OwnNavigationService
 from console.control.pending_commands import PendingCommands
+from console.control.picture_floor import PictureFloor
 from console.control.playback import PlaybackController
 from console.control.settings_in_use import SettingsInUse
 from console.data_folder import SETTINGS_FILE
@@ -124,6 +125,7 @@ CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
         printed=base.settings.chapter.mode == "printed",
     ),
     lambda base, _: MicrophoneCalibration(base.home, base.robot, base.recalibrated),
+    lambda base, _: PictureFloor(base.robot, base.broadcaster),
     lambda base, _: MapService(base.home, base.settings, base.robot, base.dispatcher, base.lease, base.history),
     own_navigation,
     lambda base, parts: EnrollmentService(

@@ -12,6 +12,7 @@ from console.control.history import History
 from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.control.pending_commands import LateCommand, PendingCommand, PendingCommands
+from console.control.picture_floor import PictureFloor
 from console.control.pilot_supervisor import PilotSupervisor
 from console.control.playback import PlaybackController
 from console.maps.routes import RouteRun, RouteService
@@ -105,7 +106,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int, now: float
         command=None if snapshot.active_command is None else command(snapshot.active_command),
         pending_command=pending_command(pending.waiting, snapshot, profile.radius, now),
         late_command=late_command(pending.late),
-        camera=None if snapshot.view is None else camera(snapshot.view),
+        camera=None if snapshot.view is None else camera(snapshot.view, *parts[PictureFloor].drawn(snapshot)),
         calibration_drift=picture.drift(snapshot.drift),
         robot=robot(snapshot, around, pace[0]),
         gate=gate(around.robot.status(), snapshot),
@@ -179,14 +180,17 @@ def route(run: RouteRun | None) -> messages.RouteUnderWay | None:
     return messages.RouteUnderWay(run.route.name, place, run.stop + 1, stops, run.state, run.reason, noted, *found)
 
 
-def camera(view: CameraView) -> messages.CameraOverlay:
+def camera(view: CameraView, way: list[Array], goal: Array) -> messages.CameraOverlay:
+    """Return all that is drawn on the newest picture; `way` and `goal` as `PictureFloor.drawn`."""
     edges: list[messages.EdgeLine] = []
     for edge in view.edges:
         (u0, v0), (u1, v1) = rounded(np.stack((edge.top, edge.bottom)), 1)
         edges.append(messages.EdgeLine(u0, v0, u1, v1, near(edge.bearing), edge.matched))
     laser = [(u, v, distance) for u, v, distance in rounded(view.laser, 2)]
     quality = picture.quality(view.quality)
-    return messages.CameraOverlay(view.stamp, view.width, view.height, edges, laser, quality)
+    parts = [[(u, v, far) for u, v, far in rounded(part, 1)] for part in way]
+    ring = [(u, v) for u, v in rounded(goal, 1)]
+    return messages.CameraOverlay(view.stamp, view.width, view.height, edges, laser, quality, parts, ring)
 
 
 def robot(snapshot: Snapshot, around: StateContext, rate_hz: float) -> messages.RobotState:

@@ -85,6 +85,19 @@ def turned_covariance(covariance: Array, heading: float) -> Array:
     return onto @ covariance @ onto.T
 
 
+LEVEL_SLOPE = -1e-6  # a ray must at least lean downwards
+
+Vector = tuple[float, float, float]
+
+
+def floor_point(origin: Vector, direction: Vector) -> tuple[float, float] | None:
+    """Return the point where a ray meets the floor [m], or None when it does not."""
+    if not all(math.isfinite(value) for value in (*origin, *direction)) or direction[2] > LEVEL_SLOPE:
+        return None
+    reach = -origin[2] / direction[2]
+    return origin[0] + reach * direction[0], origin[1] + reach * direction[1]
+
+
 def arc(forward: float, turn: float) -> Pose:
     """Arc of length `forward` [m] that turns by `turn` [rad] → where it ends, seen from its start."""
     if abs(turn) < 1e-9:

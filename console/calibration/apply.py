@@ -43,12 +43,14 @@ def calibrated(profile: Profile, active: CalibrationStore) -> tuple[Profile, Rea
         reasons["laser"] = no_mount
     if profile.camera is None or model is None:
         return profile, reasons
-    camera = replace(profile.camera, model=model)
-    if model is not profile.camera.model and (wrong := not_level(camera)):
-        reasons["camera"] = wrong
-        return profile, reasons
+    camera = profile.camera
+    if model is not camera.model:
+        camera = replace(camera, model=model, optics_known=True)
+        if wrong := not_level(camera):
+            reasons["camera"] = wrong
+            return profile, reasons
     if mount is not None:
-        mounted = replace(camera, mounting=laser_in(profile) @ mount)
+        mounted = replace(camera, mounting=laser_in(profile) @ mount, mounting_known=True)
         if wrong := not_level(mounted):
             reasons["laser"] = wrong
         else:

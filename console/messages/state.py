@@ -150,8 +150,8 @@ class EdgeLine(Struct):
     matched: bool
 
 
-class CameraOverlay(Struct):
-    """The outlines that perception drew on the newest picture."""
+class CameraOverlay(Struct, omit_defaults=True):
+    """The outlines that perception drew on the newest picture, and the planned way on its floor."""
 
     stamp_s: float
     width: int
@@ -159,6 +159,8 @@ class CameraOverlay(Struct):
     edges: list[EdgeLine]
     laser: list[tuple[float, float, float]]  # u, v [pixel], range [m]
     quality: PictureQualityState | None
+    way: list[list[tuple[float, float, float]]] = []  # what of it is in sight: u, v [pixel], distance [m]
+    goal: list[tuple[float, float]] = []  # a ring around it: u, v [pixel]
 
 
 class SensorLine(Struct):

@@ -1,7 +1,6 @@
 """Click to go: where the ray meets the floor becomes words for the one dispatcher."""
 
 import asyncio
-import math
 from collections.abc import Callable, Mapping
 
 from viser import SceneClickEvent
@@ -14,12 +13,11 @@ from console.scene.viser_host.mount import QuietViser, websocket_server
 from core.commands.command import Command
 from core.commands.stop_at import STOP_AT
 from core.errors import BeckonError
+from core.geometry import floor_point
 from core.speech.understanding.grammar import command_of
 
-LEVEL_SLOPE = -1e-6  # a ray must at least lean downwards
 CAMERA_AT, CAMERA_LOOKS = (-2.0, 0.0, 3.6), (0.55, 0.0, 0.0)  # [m]: down at about 55 degrees
 
-Vector = tuple[float, float, float]
 Tell = Callable[[messages.AnswerMessage], None]
 
 
@@ -59,11 +57,3 @@ class ClickToGo:
             answer = refused(0, error)
         if tab in self._tabs:
             self._tabs[tab](answer)
-
-
-def floor_point(origin: Vector, direction: Vector) -> tuple[float, float] | None:
-    """Return the point where a ray meets the floor [m], or None when it does not."""
-    if not all(math.isfinite(value) for value in (*origin, *direction)) or direction[2] > LEVEL_SLOPE:
-        return None
-    reach = -origin[2] / direction[2]
-    return origin[0] + reach * direction[0], origin[1] + reach * direction[1]

@@ -136,7 +136,11 @@ class RosPictures:
             tally.topics.append(f"{self._camera.topic}: camera")
             rate = min(max(len(kept) / max(end - start, 1e-3), 0.5), 60.0)
             return tuple(kept), Camera(
-                model=self._model(width, height, tally), mounting=self._mounting(place, tally), rate=rate
+                model=self._model(width, height, tally),
+                mounting=self._mounting(place, tally),
+                rate=rate,
+                optics_known=self._camera.model(width, height) is not None,
+                mounting_known=self._camera.mounting(place) is not None,
             )
         return (), None
 

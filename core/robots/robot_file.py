@@ -350,7 +350,14 @@ def _camera(camera: Camera, table: CameraTable | None, folder: Path, body: Body 
         from core.calibration.files.camera_files import read_camera  # late: few robots name a file of YAML
 
         model = read_camera(folder / table.calibration)
-    return replace(camera, mounting=mounting, model=model, rate=table.rate or camera.rate)
+    return replace(
+        camera,
+        mounting=mounting,
+        model=model,
+        rate=table.rate or camera.rate,
+        optics_known=camera.optics_known or bool(table.calibration),
+        mounting_known=camera.mounting_known or bool(table.link) or table.x is not None,
+    )
 
 
 def mounting_of(x: float, table: CameraTable) -> Transform:

@@ -149,8 +149,8 @@ class Srv1(Device):
             failsafe_words="2 s, but any byte counts; a stop waits for the picture under way, 3 s at worst",
             odometry=False,
         )
-        cameras = (Camera(model=NOMINAL, rate=self._rate),) if self._rate else ()
-        return Equipment(name="SRV-1 Blackfin", base=base, cameras=cameras)
+        camera = Camera(model=NOMINAL, rate=self._rate, optics_known=False, mounting_known=False)
+        return Equipment(name="SRV-1 Blackfin", base=base, cameras=(camera,) if self._rate else ())
 
     def run(self, readings: Readings) -> None:
         """Motors first, then a picture, and again."""

@@ -56,6 +56,8 @@ class VideoCamera(Device):
             model=model_of(width, height),
             mounting=Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, 0.16])),
             rate=self._options.get("rate", 10.0),
+            optics_known=False,
+            mounting_known=False,
         )
         return Equipment(name="camera", cameras=(camera,))
 

@@ -19,6 +19,13 @@ class Camera:
     model: CameraModel = TABLE_3
     mounting: Transform = Transform(rotation=OPTICAL, translation=np.array([0.04, 0.0, 0.16]))  # robot_from_camera
     rate: float | None = 10.0  # [Hz]; None: not known
+    optics_known: bool = True  # False: `model` is assumed; it serves to look around, and tells no point of the floor
+    mounting_known: bool = True  # False: so is `mounting`
+
+    @property
+    def is_known(self) -> bool:
+        """Return whether a pixel tells a point of the floor."""
+        return self.optics_known and self.mounting_known
 
 
 def camera_mounting(at: Transform, frame: str = "") -> Transform:

@@ -237,6 +237,99 @@ def test_a_press_exchanges_camera_and_map_and_tabs_are_a_tablist(visit: Open) ->
     expect(last).to_be_hidden()
 
 
+MAGENTA = """() => {
+    const picture = document.querySelector("canvas.picture");
+    const { data } = picture.getContext("2d").getImageData(0, 0, picture.width, picture.height);
+    let count = 0;
+    for (let i = 0; i < data.length; i += 4)
+        count += data[i] > 150 && data[i + 1] < 130 && data[i + 2] > 150 && data[i + 2] > 1.5 * data[i + 1];
+    return count;
+}"""  # of the planned way's colour, in pixels; nothing in the simulated room has it
+
+
+def floor_below(here: Visit, u: float, v: float) -> dict[str, float]:
+    """What the console says of a pixel of the newest picture."""
+    return here.console.ask(f"api/camera/floor?u_px={u}&v_px={v}&stamp_s={here.console.stamp()}")
+
+
+def on_page(here: Visit, u: float, v: float) -> tuple[float, float]:
+    """Where a pixel of the 320x256 picture is on the page."""
+    box = here.find("canvas.picture").bounding_box()
+    assert box is not None
+    return box["x"] + (u + 0.5) * box["width"] / 320, box["y"] + (v + 0.5) * box["width"] / 320
+
+
+def goal_of_newest(here: Visit) -> tuple[float, float]:
+    numbers = here.console.newest()["numbers"]
+    return numbers["x_m"], numbers["y_m"]
+
+
+def test_a_press_on_the_floor_of_the_large_picture_sends_the_robot_there(visit: Open) -> None:
+    here = visit()
+    here.still()
+    picture, newest = here.find("canvas.picture"), here.console.newest()["id"]
+    expect(picture).to_have_attribute("role", "img")
+    here.page.mouse.click(*on_page(here, 160, 185))
+    assert here.console.newest()["id"] == newest, "a press on the small picture exchanges picture and map"
+    expect(here.find(".console")).to_have_attribute("data-big", "camera")
+    expect(picture).to_have_attribute("role", "application")
+
+    here.page.mouse.click(*on_page(here, 160, 60))
+    expect(here.find("notice-toasts")).to_contain_text("press the floor")
+    assert here.console.newest()["id"] == newest
+    floor = floor_below(here, 160, 185)
+    assert 0.5 < floor["distance_m"] < 2
+    here.page.mouse.click(*on_page(here, 160, 185))
+    here.until(lambda: here.console.newest()["id"] > newest, "the command is there")
+    assert here.console.newest()["source"] == "click"
+    assert goal_of_newest(here) == pytest.approx((floor["x_m"], floor["y_m"]), abs=0.03)
+    here.until(lambda: here.page.evaluate(MAGENTA) > 100, "its way is drawn on the floor")
+    camera = here.console.ask("api/state")["camera"]
+    assert sum(map(len, camera["way"])) <= 30
+    here.button("Way").click()
+    here.until(lambda: here.page.evaluate(MAGENTA) == 0, "the way can be left out")
+    here.button("Way").click()
+    here.say("stop moving")
+    here.still()
+    here.until(lambda: "way" not in here.console.ask("api/state")["camera"], "nothing is planned any more")
+    here.button("Small camera").click()
+    expect(picture).to_have_attribute("role", "img")
+    expect(picture).not_to_have_attribute("tabindex", "0")
+    assert not here.complaints
+
+
+def test_the_floor_of_the_picture_is_pressed_by_keys_too(visit: Open) -> None:
+    here = visit()
+    here.still()
+    newest = here.console.newest()["id"]
+    here.button("Large camera").click()
+    expect(here.find("canvas.picture")).to_have_attribute("role", "application")
+    here.page.keyboard.press("Shift+Tab")
+    here.find("canvas.picture").focus()
+    here.page.keyboard.press("ArrowDown")
+    expect(here.find("live-region")).to_contain_text("from the robot")
+    assert here.console.speed() == 0, "the arrows move the point, not the robot"
+    here.page.keyboard.press("Enter")
+    here.until(lambda: here.console.newest()["id"] > newest, "the command is there")
+    assert here.console.newest()["source"] == "click"
+    here.page.keyboard.press("Escape")
+    here.still()
+
+
+def test_a_finger_presses_the_floor_of_a_phones_picture(visit: Open) -> None:
+    here = visit(size=PHONE)
+    here.still()
+    newest = here.console.newest()["id"]
+    here.button("Camera").click()
+    expect(here.find("canvas.picture")).to_have_attribute("role", "application")
+    here.until(lambda: not here.find("notice-toasts .toast").count(), "no notice lies over it")
+    here.page.touchscreen.tap(*on_page(here, 160, 180))
+    here.until(lambda: here.console.newest()["id"] > newest, "the command is there")
+    assert here.console.newest()["source"] == "click"
+    here.find(".stop").tap()
+    here.still()
+
+
 def at_its_place(part: Locator) -> bool:
     """Whether the middle of the first line of it is seen, nothing over it; it may be drawn again meanwhile."""
     return part.evaluate(

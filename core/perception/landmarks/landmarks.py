@@ -143,7 +143,7 @@ def laser_in_picture(points: Array, laser: Laser, camera: Camera, moved: Pose | 
     `moved`: where the robot was when the picture was taken, in the robot frame of the points.
     """
     seen = (moved or Pose()).inverse().apply(points) if len(points) else points.reshape(0, 2)
-    pixels, drawn = _in_picture(np.column_stack((seen, np.full(len(seen), laser.height))), camera)
+    pixels, drawn = in_picture(np.column_stack((seen, np.full(len(seen), laser.height))), camera)
     ranges = np.hypot(points[:, 0] - laser.mounting.x, points[:, 1] - laser.mounting.y)
     return np.column_stack((pixels, ranges))[drawn]
 
@@ -151,10 +151,10 @@ def laser_in_picture(points: Array, laser: Laser, camera: Camera, moved: Pose | 
 def between_picture_edges(places: Array, camera: Camera) -> Array:
     """Return whether a vertical edge at each of these places (N, 2) [m], robot frame, stands in the picture (N,)."""
     height = np.full(len(places), camera.mounting.translation[2])
-    return _in_picture(np.column_stack((places, height)), camera)[1]
+    return in_picture(np.column_stack((places, height)), camera)[1]
 
 
-def _in_picture(space: Array, camera: Camera) -> tuple[Array, Array]:
+def in_picture(space: Array, camera: Camera) -> tuple[Array, Array]:
     """Points (M, 3) [m], robot frame → pixels (M, 2), NaN where there are none; whether each is in the picture."""
     in_camera = camera.mounting.inverse().apply(space)
     model, pixels = camera.model, np.full((len(space), 2), np.nan)

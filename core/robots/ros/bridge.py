@@ -432,10 +432,10 @@ class RosSensors:
         frame, width, height = self._view
         image, info = self.topics.image, self.topics.camera_info
         rectified = is_rectified(image)
-        model = None if self._info is None else camera_model(self._info, width, height, rectified=rectified)
-        if model is None:
+        sent = None if self._info is None else camera_model(self._info, width, height, rectified=rectified)
+        model, known = sent or guessed_model(width, height), sent is not None
+        if not known:
             self.notices.append(f"{image} comes from a camera that is not calibrated; calibrate it.")
-            model = guessed_model(width, height)
         elif not describes(info, self._info, image, frame):
             self.notices.append(
                 f"{info} may be of another camera than {image}: neither is it beside it, nor of its frame. Set "
@@ -444,9 +444,9 @@ class RosSensors:
         found = self._placed_at(frame)
         if found is None:
             self.notices.append(f"The robot does not say where {frame or self.topics.image} is mounted.")
-            return Camera(model=model, rate=None)
+            return Camera(model=model, rate=None, optics_known=known, mounting_known=False)
         self._placed.add(Camera.name)
-        return Camera(model=model, mounting=camera_mounting(found, frame), rate=None)
+        return Camera(model=model, mounting=camera_mounting(found, frame), rate=None, optics_known=known)
 
 
 def laser_name(topic: str, topics: RosTopics) -> str:

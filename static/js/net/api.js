@@ -3,7 +3,7 @@
 import { language, said, t, translate } from "../ui/texts.js";
 
 /** @import { Kind } from "../drive/suggest.js" */
-/** @import { ArrayCheck, HistoryRow, SpokenAnswer as Spoken } from "./rest.js" */
+/** @import { ArrayCheck, HistoryRow, PressedFloor, SpokenAnswer as Spoken } from "./rest.js" */
 /** @typedef {{name: string, role: "viewer" | "operator" | "admin", id: string}} Me */
 
 const BUSY_MS = 300; // polling interval
@@ -89,6 +89,18 @@ export async function patiently(ask) {
     if (status.trouble) throw new Refusal(503, status.trouble);
     if (!status.busy) return status;
   }
+}
+
+/**
+ * What floor a pixel of the camera's picture shows.
+ * @param {import("../ui/floor-view.js").Point} pixel @param {number} stamp [s] of the picture
+ * @returns {Promise<PressedFloor>}
+ */
+export async function pressedFloor({ x, y }, stamp) {
+  const pixel = { u_px: x.toFixed(1), v_px: y.toFixed(1), stamp_s: String(stamp) };
+  const found = await call(`api/camera/floor?${new URLSearchParams(pixel)}`);
+  translate(found, "why");
+  return found;
 }
 
 /** @param {string} text @returns {Promise<Spoken>} speech of the robot; its hearing is muted from now on */

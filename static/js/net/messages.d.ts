@@ -244,7 +244,7 @@ export interface CalibrationView {
   reason: string;
 }
 
-/** The outlines that perception drew on the newest picture. */
+/** The outlines that perception drew on the newest picture, and the planned way on its floor. */
 export interface CameraOverlay {
   stamp_s: number;
   width: number;
@@ -252,6 +252,8 @@ export interface CameraOverlay {
   edges: EdgeLine[];
   laser: [number, number, number][];
   quality: PictureQualityState | null;
+  way?: [number, number, number][][];
+  goal?: [number, number][];
 }
 
 /** A pose of the world frame where the robot may be. */

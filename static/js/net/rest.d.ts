@@ -765,6 +765,17 @@ export interface PoseReport {
   heading_rad: number;
 }
 
+/** The point of the floor that a pixel shows, in the world; without one, `why` says why. */
+export interface PressedFloor {
+  x_m: number | null;
+  y_m: number | null;
+  distance_m: number | null;
+  ring_px: [number, number][];
+  why: string;
+  code: string | null;
+  values: Record<string, string> | null;
+}
+
 /** The figures of one place; those that are unset were not measured. */
 export interface QualityRow {
   distance_m: number;

@@ -3,13 +3,14 @@
 
 import { watchClearArea } from "../ui/clear-area.js";
 import { FARTHEST, rangeColour } from "../ui/colormap.js";
-import { icon, make, mark, write } from "../ui/element.js";
+import { icon, make, write } from "../ui/element.js";
 import { age, degrees, fixed } from "../ui/format.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
 import { PictureChip } from "../ui/picture-quality-chip.js";
 import { drawCross, fontOf } from "../ui/place-drawing.js";
 import { t } from "../ui/texts.js";
+import { drawWay, PictureFloor } from "./picture-floor.js";
 
 /** @import { CameraOverlay } from "../net/messages.js" */
 /** @import { Picture, View } from "../net/session.js" */
@@ -109,6 +110,7 @@ class CameraView extends Panel {
   #headUp = new HeadUp();
   #edges = toggle("edges", t("camera-view.edges"), t("camera-view.edges_says"));
   #laser = toggle("laser", t("camera-view.laser"), t("camera-view.laser_says"));
+  #way = toggle("way", t("camera-view.way"), t("camera-view.way_says"));
   #scale = make("p.ramp", make("span", "0 m"), make("span.ramp-bar"), make("span", `${FARTHEST} m`));
   /** @type {ImageBitmap | null} */
   #picture = null;
@@ -117,6 +119,12 @@ class CameraView extends Panel {
   #bornAt = performance.now();
   #decoding = false;
   #drawn = "";
+  #floor = new PictureFloor(
+    this.#canvas,
+    this,
+    () => ({ width: this.#picture?.width ?? 1, height: this.#picture?.height ?? 1, stamp: this.#pictureStamp }),
+    () => (this.#drawn = ""),
+  );
 
   /** @override */
   build() {
@@ -131,6 +139,7 @@ class CameraView extends Panel {
         make("span.spring"),
         this.#edges,
         this.#laser,
+        this.#way,
       ),
       make(
         "div.picture-box",
@@ -146,7 +155,7 @@ class CameraView extends Panel {
     watchClearArea(this, () => (this.#drawn = ""));
     this.session.on("picture", (picture) => void this.#take(picture));
     this.session.on("hello", () => (this.#bornAt = performance.now()));
-    for (const button of [this.#edges, this.#laser]) button.addEventListener("click", () => flip(button));
+    for (const button of [this.#edges, this.#laser, this.#way]) button.addEventListener("click", () => flip(button));
   }
 
   /** @override @param {View} view */
@@ -166,7 +175,20 @@ class CameraView extends Panel {
     this.#scale.hidden = !pressed(this.#laser) || !seen;
     this.#quality.show(seen ? state : null, stale);
     if (state && this.#headUp.element.offsetParent) this.#headUp.show(state, up);
+    const shows = t("camera-view.camera_picture_length_vertical_edges_found", {
+      length: state?.camera?.edges.length ?? 0,
+    });
+    this.#floor.allow(seen && up && hello?.robot.drives === true && this.#isLarge, shows);
     this.#draw(state?.camera ?? null, state?.ears?.voices[0] ?? null, state?.person ?? null);
+  }
+
+  /** True where no press on the picture exchanges it with the map. */
+  get #isLarge() {
+    const place = /** @type {HTMLElement} */ (this.parentElement);
+    return (
+      place.dataset["big"] === "camera" ||
+      !(/** @type {HTMLElement | null} */ (this.querySelector(".swap"))?.offsetParent)
+    );
   }
 
   /** @param {Picture} picture */
@@ -197,19 +219,14 @@ class CameraView extends Panel {
     const width = this.#canvas.clientWidth;
     if (!picture || !width) return;
     const fits = overlay && Math.abs(overlay.stamp_s - this.#pictureStamp) < APART_S ? overlay : null;
-    const [edges, laser] = [pressed(this.#edges), pressed(this.#laser)];
+    const [edges, laser, way] = [this.#edges, this.#laser, this.#way].map(pressed);
     const fresh = person && person.picture_age_s !== null && person.picture_age_s < LOOKED_S ? person : null;
     const seen = [voice?.columns_px, fresh?.value, fresh?.centre_px];
-    const drawn = [this.#pictureStamp, fits?.stamp_s, edges, laser, width, devicePixelRatio, ...seen].join();
+    const drawn = [this.#pictureStamp, fits?.stamp_s, edges, laser, way, width, devicePixelRatio, ...seen].join();
     if (drawn === this.#drawn) return;
     this.#drawn = drawn;
 
     const canvas = this.#canvas;
-    mark(
-      canvas,
-      "aria-label",
-      t("camera-view.camera_picture_length_vertical_edges_found", { length: fits?.edges.length ?? 0 }),
-    );
     const across = Math.round(width * devicePixelRatio);
     const down = Math.round((across * picture.height) / picture.width);
     if (canvas.width !== across || canvas.height !== down) [canvas.width, canvas.height] = [across, down];
@@ -218,12 +235,15 @@ class CameraView extends Panel {
     if (!brush) return;
     brush.imageSmoothingQuality = "high";
     brush.drawImage(picture, 0, 0, across, down);
-    if (!fits) return;
-    const scale = across / fits.width;
-    if (laser) drawLaser(brush, fits, scale);
-    if (edges) drawEdges(brush, fits, scale);
-    if (voice?.columns_px) drawVoice(brush, voice.columns_px, down, scale);
-    if (fresh) drawPerson(brush, fresh, scale);
+    const scale = across / picture.width;
+    if (fits) {
+      if (way) drawWay(brush, fits, scale);
+      if (laser) drawLaser(brush, fits, scale);
+      if (edges) drawEdges(brush, fits, scale);
+      if (voice?.columns_px) drawVoice(brush, voice.columns_px, down, scale);
+      if (fresh) drawPerson(brush, fresh, scale);
+    }
+    this.#floor.draw(brush, scale);
   }
 }
 

@@ -1,7 +1,7 @@
 // Element <flat-map>: the map from above. Press it to go there; it needs no WebGL and little else.
 
 import * as maps from "../net/maps-api.js";
-import { marksOf, wordsTo } from "../net/marks-api.js";
+import { marksOf } from "../net/marks-api.js";
 import { CanvasHand, stepped } from "../ui/canvas-hand.js";
 import { watchClearArea, watchLowerEdge } from "../ui/clear-area.js";
 import { action, iconButton, make, mark, write } from "../ui/element.js";
@@ -9,6 +9,7 @@ import { apart, drawFlat, drawMoving, PIN_PX } from "../ui/flat-drawing.js";
 import { FlatGround } from "../ui/flat-ground.js";
 import { FloorView, seenFrom } from "../ui/floor-view.js";
 import { fixed, metres } from "../ui/format.js";
+import { goTo } from "../ui/go-to.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { mapShown, onMapKind, whyFlat } from "../ui/map-choice.js";
 import { mapInWords } from "../ui/map-text.js";
@@ -325,11 +326,7 @@ class FlatMap extends Panel {
 
   /** @param {Point} at [px] @param {Point} point [m] the same */
   #goTo(at, point) {
-    const place = this.#layers.has("places") ? this.#placeAt(at) : null;
-    const pressed = new CustomEvent("place-pressed", { detail: place?.name, bubbles: true, cancelable: true });
-    if (!this.dispatchEvent(pressed) || this.session.hello?.robot.drives !== true) return; // a route in the making takes it
-    const [east, north] = [point.x, point.y].map((value) => String(Number(value.toFixed(2)) + 0));
-    void this.session.say(place ? wordsTo(place) : `go to ${east} and ${north}`, "click");
+    goTo(this, this.session, point, this.#layers.has("places") ? this.#placeAt(at) : null);
   }
 
   /** @param {Point} at [px] */

@@ -1,5 +1,5 @@
 // Element <map-switch>: the choice between the flat map and the 3-D one.
-// Element <swap-button>: lies over the small one of map and camera, or over the camera; a press exchanges the two.
+// Element <swap-button>: lies over the small one of map and camera, or in the corner of the large camera; a press exchanges the two.
 
 import { icon, make, mark } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";

@@ -17,7 +17,6 @@ from websockets.sync.client import ClientConnection
 
 from console.access.logins import Person
 from console.scene import OVERLAYS
-from console.scene.click_to_go import floor_point
 from console.scene.drawing.lines import ellipses, joined
 from console.scene.drawing.shapes import rounded_disc, turned
 from console.scene.overlays.occupancy import paint
@@ -25,6 +24,7 @@ from console.scene.viser_host import mount
 from console.scene.viser_host.bridge import MOST_PER_SECOND
 from console.scene.viser_host.connection import MAX_WAITING_MESSAGES, Connection, allowed
 from console.scene.viser_host.mount import SUBPROTOCOL, close_viser, open_viser
+from core.geometry import floor_point
 from core.slam.map.occupancy import OccupancyGrid
 from tests.console.live import Live, hear
 
