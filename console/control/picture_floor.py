@@ -45,14 +45,9 @@ class PictureFloor(Part):
         [pixel]. Nothing is looked for while nobody watches the camera.
         """
         camera, view, way, goal = self._camera, snapshot.view, snapshot.path, snapshot.goal
-        nothing = len(way) < 2 and goal is None
-        if (
-            nothing
-            or view is None
-            or camera is None
-            or not camera.is_known
-            or not self._broadcaster.watched("camera")
-        ):
+        if view is None or camera is None or (len(way) < 2 and goal is None):
+            return NO_WAY
+        if not (camera.is_known and self._broadcaster.watched("camera")):
             return NO_WAY
         here = self._pose_at(view.stamp)
         if here is None:

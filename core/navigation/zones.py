@@ -122,10 +122,8 @@ def stopping_way(speed: float) -> float:
 
 def _slowing(gap: float, speed: float) -> float:
     """The speed [m/s], in steps, from which the robot can slow down to `speed` before a zone `gap` [m] away."""
-    way = max(0.0, gap - SLOW_MARGIN_M) + stopping_way(speed)
-    fastest = BRAKING_M_S2 * (
-        math.sqrt(REACTION_S**2 + 2 * way / BRAKING_M_S2) - REACTION_S
-    )  # whose stopping way it is
+    way = max(0.0, gap - SLOW_MARGIN_M) + stopping_way(speed)  # in which the fastest could stop
+    fastest = BRAKING_M_S2 * (math.sqrt(REACTION_S**2 + 2 * way / BRAKING_M_S2) - REACTION_S)
     return max(speed, math.floor(fastest / CAP_STEP_M_S) * CAP_STEP_M_S)
 
 

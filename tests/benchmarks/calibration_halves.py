@@ -22,7 +22,7 @@ from core.calibration.files.pictures import read_grey
 from core.message import Array
 from tests.benchmarks.command import run_command
 
-FIGURES = ("fx", "cx", "cy")
+COMPARED_PARAMETERS = ("fx", "cx", "cy")
 SQUARE_M = 0.03  # a camera does not depend on it
 
 
@@ -40,7 +40,7 @@ def corners_of(pictures: Sequence[Path], board: Board) -> tuple[list[ViewCorners
 
 
 def of_opencv(views: Sequence[ViewCorners], board: Board, size: tuple[int, int]) -> tuple[Array, Array]:
-    """FIGURES of OpenCV's camera and its deviations."""
+    """COMPARED_PARAMETERS of OpenCV's camera and its deviations."""
     shown = [board.points.astype(np.float32)] * len(views)
     corners = [view.corners.astype(np.float32) for view in views]
     _, matrix, _, _, _, sds, _, _ = cv2.calibrateCameraExtended(
@@ -50,9 +50,9 @@ def of_opencv(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
 
 
 def apart(one: Calibration, other: Calibration, *, counted: bool) -> Array:
-    """The difference of FIGURES over the stated deviations, `counted` with what is said of them."""
+    """The difference of COMPARED_PARAMETERS over the stated deviations, `counted` with what is said of them."""
     (here, sds), (there, other_sds) = (
-        np.array([(getattr(each.model, name), each.sds[name]) for name in FIGURES]).T
+        np.array([(getattr(each.model, name), each.sds[name]) for name in COMPARED_PARAMETERS]).T
         * np.array([[1.0], [each.disagreement if counted else 1.0]])
         for each in (one, other)
     )
@@ -86,7 +86,7 @@ def main(board: str, pictures: Sequence[Path], *, draws: int = 6, seed: int = 0)
         "draws": draws,
         "undecided": undecided,
     } | {
-        name: dict(zip(FIGURES, np.sqrt(np.mean(np.square(each), axis=0)).round(1).tolist(), strict=True))
+        name: dict(zip(COMPARED_PARAMETERS, np.sqrt(np.mean(np.square(each), axis=0)).round(1).tolist(), strict=True))
         for name, each in found.items()
         if each
     }

@@ -455,19 +455,16 @@ def find_shape(
     """The board's shape in some of the SHAPES, if the used views show beyond doubt that it is not as printed in each
     of them, by an extent of `least`. `known`: the equations at this solution.
     """
-    unknowns, shaped, extents = (
-        tuple(number for code in least for number in SHAPES[code]),
-        corners,
-        dict[str, float](),
-    )
-    places = {code: np.isin(unknowns, SHAPES[code]) for code in least}
+    unknowns = tuple(number for code in least for number in SHAPES[code])
+    shaped, extents = corners, dict[str, float]()
+    own = {code: np.isin(unknowns, SHAPES[code]) for code in least}
     forms, found = np.stack(_shapes(corners.points))[np.array(unknowns) - len(PARAMETERS)], np.zeros(len(unknowns))
     for turn in range(SHAPE_TURNS + 1):
         precision, pull = (known if turn == 0 else equations(shaped, solution)).of((*PAPER, *unknowns))
         covariance = bundle_adjustment.covariance(precision.sum(axis=0), 1.0)
         found, share = found - (covariance @ pull.sum(axis=0))[len(PAPER) :], (turn + 1) / (SHAPE_TURNS + 1)
         spread = covariance[len(PAPER) :, len(PAPER) :] * bundle_adjustment.noise(shaped, solution, PAPER) ** 2
-        for code, which in places.items():
+        for code, which in own.items():
             part = found[which]
             extents[code] = float(part[0] if len(part) == 1 else np.ptp(part @ forms[which, :, 2]))
             strength = float(part @ np.linalg.solve(spread[np.ix_(which, which)], part)) / len(part)

@@ -35,8 +35,8 @@ MODEL_NAMES = (
 )
 OTHER_MODEL = re.compile(r"fish|equi|kannala|brandt|omni|ocam|mei|eucm|sphere|theta|unified|inverse", re.IGNORECASE)
 DISTORTION_KEY = re.compile(r"(?!.*model)(dist(?!a)|.*distor|.*coef)", re.IGNORECASE)  # other names of these numbers
-MATRICES = ("camera_matrix", "Camera_Matrix", "K", "k", "cameraIntrinsics", "cameraMatrix")
-DISTORTIONS = (
+MATRIX_KEYS = ("camera_matrix", "Camera_Matrix", "K", "k", "cameraIntrinsics", "cameraMatrix")
+DISTORTION_LIST_KEYS = (
     "distortion_coefficients",
     "Distortion_Coefficients",
     "D",
@@ -49,13 +49,13 @@ DISTORTIONS = (
     "coeffs",
     "distortion",
 )
-SIDES = (
+WIDTH_HEIGHT_KEYS = (
     ("image_width", "image_height"),
     ("width", "height"),
     ("img_width", "img_height"),
     ("image_Width", "image_Height"),  # with Camera_Matrix, as OpenCV's sample wrote it up to 2.4
 )
-SIZES = ("image_size", "resolution", "img_size", "imageSize")
+SIZE_KEYS = ("image_size", "resolution", "img_size", "imageSize")
 MIN_SHRINK_RATIO = 1.45  # the picture's middle over the principal point, from which a picture was shrunk …
 MAX_ASPECT_RATIO = 1.45  # … by binning, where it is alike across and down, but for 4:3 and 16:9
 MIN_SWAPPED_SHARE = 0.1  # of a side from the middle of which the principal point lies where the sides are exchanged …
@@ -164,12 +164,12 @@ def parse_camera(text: str) -> CameraModel:
         terms: Any = [document.get(name, 0.0) for name in ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")]
         terms = terms if "k1" in document else _distortion(document)
         return _model(_size(document), [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]], terms, _kind(document))
-    if not any(name in document for name in (*MATRICES, "intrinsics")):
+    if not any(name in document for name in (*MATRIX_KEYS, "intrinsics")):
         named = _named_model(document)
         if named:
             raise _other_model(named)
         raise BadInput("It holds no camera: expected ROS camera_info, OpenCV, Kalibr or Beckon's own JSON.")
-    matrix = _first(document, MATRICES) or _kalibr_matrix(document)
+    matrix = _first(document, MATRIX_KEYS) or _kalibr_matrix(document)
     return _model(_size(document), matrix, _distortion(document), _kind(document))
 
 
@@ -268,17 +268,17 @@ def _names(document: dict[Any, Any]) -> list[str]:
 
 def _distortion(document: dict[str, Any]) -> Any:
     """The distortion's numbers; None where nothing in the file speaks of any. Raises BadInput."""
-    terms, kind = _first(document, DISTORTIONS), _kind(document)
+    terms, kind = _first(document, DISTORTION_LIST_KEYS), _kind(document)
     if terms is None and (kind not in ("", "none") or any(map(DISTORTION_KEY.match, _names(document)))):
-        raise BadInput(f"It holds no list {DISTORTIONS[0]}; write zeros there if the lens has no distortion")
+        raise BadInput(f"It holds no list {DISTORTION_LIST_KEYS[0]}; write zeros there if the lens has no distortion")
     return terms
 
 
 def _size(document: dict[str, Any]) -> Any:
-    for width, height in SIDES:
+    for width, height in WIDTH_HEIGHT_KEYS:
         if width in document or height in document:
             return [document.get(width), document.get(height)]
-    entry = next((document[name] for name in SIZES if document.get(name) is not None), None)
+    entry = next((document[name] for name in SIZE_KEYS if document.get(name) is not None), None)
     return [entry.get("width"), entry.get("height")] if isinstance(entry, dict) else entry
 
 

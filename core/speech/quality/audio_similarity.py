@@ -19,7 +19,6 @@ FRAME_S = 0.02  # in which the level is measured
 NOISE_PERCENTILE = 10  # percentile of the frames' levels that is the noise floor
 SILENCE_DB = -120.0
 MIN_COMPARED_SHARE = 0.9  # of the original, of which figures speak for all of it
-REST_UNKNOWN = "the figures say nothing about the rest. Record all."
 PESQ_RATE_HZ = 16_000  # of its wide band
 
 
@@ -66,7 +65,7 @@ def liken(original: Sound, received: Sound) -> AudioSimilarity:
     matched = match(original, received)
     (mos, reason), healths = _pesq(matched), (health(original), health(received))
     share = len(matched.original) / RATE_HZ / healths[0]["duration_s"]
-    note = f"Only {100 * share:.0f} % of the original is in both recordings; {REST_UNKNOWN}"
+    held = f"Only {100 * share:.0f} % of the original is in both recordings"
     figures: SimilarityFigures = {
         "stoi": stoi(matched.original, matched.received, RATE_HZ),
         "estoi": stoi(matched.original, matched.received, RATE_HZ, extended=True),
@@ -75,7 +74,9 @@ def liken(original: Sound, received: Sound) -> AudioSimilarity:
         "pesq_wb": mos,
         "pesq_reason": reason,
         "compared_share": share,
-        "compared_note": "" if share > MIN_COMPARED_SHARE else note,
+        "compared_note": (
+            "" if share > MIN_COMPARED_SHARE else f"{held}; the figures say nothing about the rest. Record all."
+        ),
         "delay_s": matched.delay,
         "correlation": matched.correlation,
         "inverted": matched.inverted,
