@@ -156,7 +156,7 @@ def check_robot(
     return ConformanceReport(
         checks=tuple(suite.checks),
         not_checked=tuple(suite.not_checked),
-        remarks=tuple(dict.fromkeys(remark for one in found for remark in one.remarks)),
+        remarks=tuple(dict.fromkeys((*robot.profile.notices, *(remark for one in found for remark in one.remarks)))),
         faults=distinct([*(fault for one in found for fault in one.faults), *suite.contradictions]),
         agreement=suite.agreement,
     )

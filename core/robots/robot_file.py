@@ -12,6 +12,7 @@ height = 0.17
 """
 
 import datetime
+import difflib
 import json
 import math
 import re
@@ -19,7 +20,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar, cast
+from typing import Annotated, Any, Literal, TypeVar, cast, get_type_hints
 
 import msgspec
 import numpy as np
@@ -29,6 +30,7 @@ from core.files import text_of
 from core.geometry import OPTICAL, Pose, Transform, rotation_of_rpy
 from core.robots import Capability, Profile
 from core.robots.device import Base, Equipment
+from core.robots.doubts import MAX_WHEELS_WIDTH, doubts
 from core.robots.urdf import Body, load_body
 from core.sensors import Camera, Laser
 from core.sensors.camera import FLAT_TILT_COSINE, camera_mounting
@@ -56,7 +58,6 @@ BARE = re.compile(r"[A-Za-z0-9_-]+")
 MAX_TABLE_DEPTH = 8  # tables in tables
 MAX_NAME_LETTERS = 100
 MAX_BEYOND_M = 1.5  # of a sensor from the rim of the robot
-MAX_WHEELS_WIDTH = 1.3  # of the footprint, that the wheels may stand apart
 ONLY_WITH_X = ("y", "z", "heading_deg", "yaw_deg", "pitch_deg", "roll_deg")  # entries of a place
 
 
@@ -66,11 +67,13 @@ def about(meaning: str) -> msgspec.Meta:
 
 
 Length = Annotated[float, msgspec.Meta(gt=0.0, le=10.0, extra={"unit": "m"})]
+Width = Annotated[float, msgspec.Meta(ge=0.01, le=10.0, extra={"unit": "m"})]
+Height = Annotated[float, msgspec.Meta(ge=0.0, le=10.0, extra={"unit": "m"})]
 Place = Annotated[float, msgspec.Meta(ge=-10.0, le=10.0, extra={"unit": "m"})]
 Angle = Annotated[float, msgspec.Meta(ge=-360.0, le=360.0, extra={"unit": "deg"})]
-Speed = Annotated[float, msgspec.Meta(gt=0.0, le=5.0, extra={"unit": "m/s"})]
-TurnRate = Annotated[float, msgspec.Meta(gt=0.0, le=20.0, extra={"unit": "rad/s"})]
-Rate = Annotated[float, msgspec.Meta(gt=0.0, le=200.0, extra={"unit": "Hz"})]
+Speed = Annotated[float, msgspec.Meta(ge=0.01, le=5.0, extra={"unit": "m/s"})]
+TurnRate = Annotated[float, msgspec.Meta(ge=0.01, le=20.0, extra={"unit": "rad/s"})]
+Rate = Annotated[float, msgspec.Meta(ge=0.05, le=200.0, extra={"unit": "Hz"})]
 FrameRate = Annotated[float, msgspec.Meta(ge=5.0, le=100.0, extra={"unit": "Hz"})]
 Range = Annotated[float, msgspec.Meta(gt=0.0, le=200.0, extra={"unit": "m"})]
 Silence = Annotated[float, msgspec.Meta(ge=0.0, le=60.0, extra={"unit": "s"})]
@@ -100,7 +103,7 @@ class CameraTable(Table, frozen=True):
 
     x: Annotated[Place | None, about("forward; the other places and the angles count only with it")] = None
     y: Annotated[Place, about("to the left")] = 0.0
-    z: Annotated[Place, about("above the floor")] = 0.16
+    z: Annotated[Height, about("above the floor")] = 0.16
     yaw_deg: Annotated[Angle, about("turned to the left")] = 0.0
     pitch_deg: Annotated[Angle, about("turned downwards")] = 0.0
     roll_deg: Annotated[Angle, about("turned about its own axis, clockwise seen from behind")] = 0.0
@@ -125,8 +128,8 @@ class RobotFile(Table, frozen=True):
 
     url: Annotated[str, about("how the robot is reached, see `beckon robots`")] = ""
     name: Annotated[str, about("shown to the operator")] = ""
-    radius: Annotated[Length | None, about("of the round footprint")] = None
-    wheelbase: Annotated[Length | None, about("between the wheels")] = None
+    radius: Annotated[Width | None, about("of the round footprint")] = None
+    wheelbase: Annotated[Width | None, about("between the wheels")] = None
     cruise: Annotated[Speed | None, about("speed of commands")] = None
     max_speed: Annotated[Speed | None, about("the highest speed that is ever asked for")] = None
     max_turn_rate: Annotated[TurnRate | None, about("the highest turn rate that is ever asked for")] = None
@@ -159,6 +162,10 @@ def parse_robot_file(text: str, name: str) -> RobotFile:
         entries = tomllib.loads(text)
     except tomllib.TOMLDecodeError as trouble:
         raise BadInput(f"{name} is not valid TOML: {trouble}.") from None
+    for kind, table in SENSOR_TABLES.items():  # one by one, so that a sentence says of which sensor it speaks
+        sensors = entries.get(kind)
+        for sensor, own in sensors.items() if isinstance(sensors, dict) else ():
+            converted(own, table, f"{name}, {kind}.{sensor}")
     file = converted(entries, RobotFile, name)
     if not file.name.isprintable() or len(file.name) > MAX_NAME_LETTERS:
         raise BadInput(f"{name}, name: at most {MAX_NAME_LETTERS} letters on one line are expected.")
@@ -185,18 +192,40 @@ def _check_place(where: str, table: LaserTable | CameraTable | MicrophonesTable)
         raise BadInput(f"{where}: {', '.join(aside)} would not count without x; write x = 0.0 if it sits there.")
 
 
+SENSOR_TABLES: dict[str, type[Table]] = {
+    "lasers": LaserTable,
+    "cameras": CameraTable,
+    "microphones": MicrophonesTable,
+}
+BOUND = re.compile("[<>]=? ")
+UNKNOWN_FIELD = re.compile(r"unknown field `(.*)`")
 T = TypeVar("T", bound=msgspec.Struct)
 FlatSensor = TypeVar("FlatSensor", Laser, MicrophoneArray)
 
 
-def converted(entries: Mapping[str, Any], into: type[T], name: str) -> T:
-    """Entries of a file → the struct. Raises BadInput that names the file and the entry."""
+def converted(entries: Any, into: type[T], name: str) -> T:
+    """Entries of a file → the struct. Raises BadInput that names the file, the entry and its value."""
     try:
         return msgspec.convert(entries, into, strict=False)
     except msgspec.ValidationError as trouble:
         words, _, place = str(trouble).partition(" - at `$")
-        where = place.rstrip("`").lstrip(".") or "the top of the file"
-        raise BadInput(f"{name}, {where}: {words[0].lower()}{words[1:]}.") from None
+        key = place.rstrip("`").lstrip(".")
+        top = "" if "," in name else ", the top of the file"
+        where, wrong = f", {key}" if key else top, f"{words[0].lower()}{words[1:]}"
+        if unknown := UNKNOWN_FIELD.search(words):
+            known = [field.name for field in msgspec.structs.fields(into)]
+            close = difflib.get_close_matches(unknown[1].lower(), known, 1)
+            wrong += f"; did you mean {close[0]}?" if close else f"; known are {', '.join(known)}"
+        value = entries.get(key) if isinstance(entries, dict) else None
+        if isinstance(value, int | float) and BOUND.search(words):
+            wrong += f"{_unit(into, key)}, got {value:g}"
+        raise BadInput(f"{name}{where}: {wrong.removesuffix('?')}{'?' if wrong.endswith('?') else '.'}") from None
+
+
+def _unit(kind: type[msgspec.Struct], key: str) -> str:
+    """The unit that an entry is declared in, to stand behind a number; "" for none."""
+    found = re.search(r"'unit': '([^']+)'", str(get_type_hints(kind, include_extras=True).get(key)))
+    return f" {found[1]}" if found else ""
 
 
 def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, folder: Path = Path()) -> Profile:
@@ -238,7 +267,7 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
         capabilities=capabilities_of(equipment),
     )
     _check_near(profile, {*file.lasers, *file.cameras, *file.microphones})
-    return profile
+    return replace(profile, notices=(*profile.notices, *doubts(file, profile)))
 
 
 def _check_near(profile: Profile, placed: set[str]) -> None:

@@ -21,6 +21,8 @@ MIN_MICROPHONES, MAX_MICROPHONES = 2, 256  # microphones
 MAX_RATE_HZ = 1_000_000  # of samples
 MAX_COORDINATE_M = 5.0  # of a microphone from the frame's origin
 MAX_APERTURE_M = 3.0  # between two microphones of one robot
+MIN_APERTURE_M = 0.005  # between the farthest two microphones of a profile
+MIN_APART_M = 0.0005  # between two microphones of a profile
 MAX_SAMPLE = 1e6  # times full scale: files of floats in whole-number units have 3e4; the square of more says nothing
 MAX_NUMBER = 1e300  # beyond, a number of a profile counts as not finite
 FLAT_SHARE = 0.02  # thickness of the array, of its width, below which it is held to be flat
@@ -242,8 +244,10 @@ def array_of(fields: Mapping[str, object], name: str = "microphones") -> Microph
         raise BadInput(f"The array profile has an unknown key {unknown[0][:40]!r}; known are {', '.join(KEYS)}.")
     if "positions_m" not in fields:
         raise BadInput("The array profile needs positions_m = [[x, y, z], …] in metres.")
+    positions = _positions(fields["positions_m"])
+    _check_places(positions)
     return MicrophoneArray(
-        positions=_positions(fields["positions_m"]),
+        positions=positions,
         channels=_channels(fields.get("channels", [])),
         name=_text(fields.get("name", name)),
         rate=None if "sample_rate_hz" not in fields else _whole(fields["sample_rate_hz"]),
@@ -257,6 +261,24 @@ def _positions(value: object) -> Array:
     if not rows or any(not isinstance(row, list) or len(row) != 3 for row in rows):
         raise BadInput("positions_m needs rows of three numbers [x, y, z] in metres.")
     return np.array([[_number(number, "positions_m") for number in row] for row in rows])
+
+
+def _check_places(positions: Array) -> None:
+    """Raise BadInput where two of the positions (M, 3) [m] are one, or all lie closer than any board has them."""
+    distances = np.linalg.norm(positions[:, None] - positions[None], axis=2)
+    first, second = np.triu_indices(len(positions), 1)
+    apart = distances[first, second]
+    if 0.0 < (widest := float(apart.max(initial=0.0))) < MIN_APERTURE_M:
+        raise BadInput(
+            f"All microphones lie within {1000 * widest:.2g} mm, where sound has no direction; "
+            "are positions_m in metres?"
+        )
+    if len(apart) and apart.min() < MIN_APART_M:
+        pair = int(apart.argmin())
+        raise BadInput(
+            f"positions_m puts microphones {first[pair]} and {second[pair]} (counted from 0) at one place; "
+            "measure both."
+        )
 
 
 def _channels(value: object) -> tuple[int, ...]:

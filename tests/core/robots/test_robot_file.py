@@ -2,6 +2,7 @@
 
 import math
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,8 @@ from core.robots.device import Base, Equipment
 from core.robots.live import LiveRobot
 from core.robots.robot_file import RobotFile, load_robot_file, profile_of
 from core.sensors import Camera, Laser
+from core.sensors.microphones import tetrahedron
+from core.sentences import code_of
 from tests.reference.pages import robot_file_page
 
 DRIVER = """
@@ -104,9 +107,15 @@ height = 0.3
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("wheelbase = -1", "robot.toml, wheelbase: expected `float` > 0.0"),
-        ("wheelbas = 1", "unknown field `wheelbas`"),
-        ('[lasers.front]\nx = "left"', r"robot.toml, lasers.*x: expected `float"),
+        ("wheelbase = -1", "robot.toml, wheelbase: expected `float` >= 0.01 m, got -1"),
+        ("wheelbas = 1", "unknown field `wheelbas`; did you mean wheelbase"),
+        ("wheelbase = 34", "expected `float` <= 10.0 m, got 34"),
+        ("radius = 0.00009", "radius: expected `float` >= 0.01 m"),
+        ("max_speed = 0.0001", "max_speed: expected `float` >= 0.01 m/s"),
+        ("[lasers.front]\nheihgt = 1", r"lasers\.front: .*`heihgt`; did you mean height"),
+        ("[cameras.c]\nx = 0\nz = -1", r"cameras\.c, z: expected `float` >= 0.0 m, got -1"),
+        ("lasers = 3", "lasers: expected `object`, got `int`"),
+        ('[lasers.front]\nx = "left"', r"robot.toml, lasers\.front, x: expected `float"),
         ("url = ", "not valid TOML"),
         ("name = 'x'", "needs a line url"),
         (f"name = '{'x' * 101}'", "at most 100 letters"),
@@ -145,6 +154,43 @@ def test_a_place_far_outside_the_robot_and_a_laser_without_reach_are_refused(tex
     with pytest.raises(BadInput, match=sentence):
         profile_of((WHOLE,), load_of(text), "x:")
     assert profile_of((WHOLE,), load_of("radius = 7\n[lasers.front]\nx = 8"), "x:").lasers[0].mounting.x == 8
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("wheelbase = 5.5", "wheels"),
+        ("radius = 3\nwheelbase = 2", "much"),
+        ("radius = 0.3\nwheelbase = 0.05", "wheels"),
+        ("radius = 0.2\nmax_speed = 4.9", "much"),
+        ("max_turn_rate = 19", "much"),
+        ("failsafe = 50", "much"),
+        ("cruise = 3", "cruise"),
+        ("[lasers.front]\nx = 1.2", "outside"),
+        ("[lasers.front]\nheight = 9", "height"),
+        ("[lasers.front]\nheight = 0.0002", "height"),
+        ("[lasers.front]\nx = 0.1\nheading_deg = 1.5708", "radians"),
+        ("[lasers.front]\ntime_offset = -0.9", "much"),
+        ("[cameras.camera]\nx = 0\npitch_deg = 180", "much"),
+    ],
+)
+def test_what_is_improbable_is_a_notice_of_the_robot(text: str, code: str) -> None:
+    notices = profile_of((WHOLE,), load_of(f"radius = 0.2\n{text}" if "radius" not in text else text), "x:").notices
+    assert [code_of(sentence).code for sentence in notices] == [f"robot_file.{code}"]
+
+
+def test_a_usual_robot_has_no_notice_of_its_file() -> None:
+    text = "radius = 0.2\nmax_speed = 0.8\n[lasers.front]\nx = 0.1\nheading_deg = 1.5\nheight = 0.17\n"
+    text += "[cameras.camera]\nx = 0.1\npitch_deg = 45\nyaw_deg = -90"
+    assert profile_of((WHOLE,), load_of(text), "x:").notices == ()
+
+
+def test_an_array_that_is_wider_than_its_robot_is_a_notice(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("positions_m = [[1.2, 0, 0], [0, 1.2, 0], [-1.2, 0, 0]]")
+    whole = replace(WHOLE, microphones=(tetrahedron(),))
+    file = load_of("radius = 0.2\n[microphones.tetrahedron]\nprofile = 'mine.toml'")
+    (notice,) = profile_of((whole,), file, "x:", tmp_path).notices
+    assert "2.4 m apart on a robot of 0.4 m" in notice
 
 
 def load_of(text: str) -> RobotFile:
