@@ -1,4 +1,4 @@
-"""What a robot file says that is possible and improbable: sentences for the operator.
+"""Doubts about a robot file: sentences for the operator on what is possible and improbable in it.
 
 What cannot be is refused where the file is read (`core/robots/robot_file.py`).
 """

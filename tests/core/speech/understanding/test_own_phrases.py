@@ -60,6 +60,45 @@ def test_a_phrase_that_sounds_like_another_command_is_refused_with_the_pair(file
 
 
 @pytest.mark.parametrize(
+    ("phrase", "why"),
+    [
+        ('come_here = ["halt here"]', "may want the robot to stop"),
+        ('follow_me = ["please shop"]', "may want the robot to stop"),
+        ('come_here = ["anhalten bitte"]', "may want the robot to stop"),
+        ('come_here = ["emergency"]', "may want the robot to stop"),
+        ('resume_route = ["wait no more"]', "may want the robot to stop"),
+        ('come_here = ["hey you"]', "in all talk"),
+        ('come_here = ["come"]', "in all talk"),
+        ('continue = ["a {distance_m}"]', "in all talk"),
+        ('turn_right = ["rotate to the left"]', "says “left”"),
+        ('continue = ["back up {distance_m} meters"]', "says “back”"),
+        ('follow_me = ["go away from me"]', "says “away”"),
+        ('stop_at = ["drive x {y_m} and y {x_m}"]', "which stop_at does not do"),
+        ('continue = ["move on for {distance_m} feet"]', "counts in “feet”"),
+        ('continue = ["roll for {distance_m} seconds"]', "counts in “seconds”"),
+        ('come_here = ["go to the kitchen"]', "begins with “go to”"),
+        ('come_hre = ["come to papa"]', "did you mean come_here"),
+    ],
+)
+def test_a_phrase_that_may_mean_something_else_than_its_command_is_refused(file, phrase, why):
+    assert why in refused(file, phrase)
+
+
+def test_a_home_that_is_not_there_has_a_sentence():
+    with pytest.raises(BadInput, match="cannot be read"):
+        own_phrases("~nobody-of-this-name/phrases.toml")
+
+
+def test_phrases_of_the_documentation_and_of_words_with_a_silent_e_are_read(file):
+    file.write_text(
+        'come_here = ["papa", "over here please"]\n'
+        'continue = ["drive {distance_m}", "forward by {distance_m} meters"]\n'
+        'turn_left = ["rotate to the left"]\nfollow_wall = ["along the wall"]\nstop_moving = ["freeze", "basta"]'
+    )
+    assert len(own_phrases(str(file))) == 8
+
+
+@pytest.mark.parametrize(
     ("text", "why"),
     [
         ("levitate = []", "no command"),
