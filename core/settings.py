@@ -143,6 +143,13 @@ def read(text: str, name: str = "settings") -> Settings:
         raise BadInput(f"{name} is not valid TOML: {trouble}.") from None
     document = {_renamed(section, document, name): values for section, values in document.items()}
     defaults = Settings()
+    for key, value in document.items():
+        if key not in vars(defaults) and not isinstance(value, dict | list):
+            owners = [f"[{one}]" for one, kind in vars(defaults).items() if key in _names_of(kind)]
+            if owners:
+                raise BadInput(
+                    f"{name}: {_shown(key)} stands before any section; write it under {' or '.join(owners)}."
+                )
     sections = _checked(document, vars(defaults), f"{name}: there is no section", "[{}]")
     changed = {key: _section(getattr(defaults, key), values, f"{name}: [{key}]") for key, values in sections.items()}
     settings = dataclasses.replace(defaults, **changed)
@@ -169,6 +176,10 @@ def changed(settings: Settings, values: Mapping[str, Any]) -> Settings:
         except BadInput as wrong:
             raise BadSettings(str(wrong)) from None
     return dataclasses.replace(settings, **sections)
+
+
+def _names_of(section: Section) -> list[str]:
+    return [one.name for one in declared_settings(type(section))]
 
 
 def _near(name: str, sections: Mapping[str, Section]) -> list[str]:

@@ -150,7 +150,9 @@ class RouteService(Part):
         """Read what a console before this one was doing: it stands as interrupted."""
         try:
             found = msgspec.convert(json.loads(self._file.read_bytes()), RouteRun)
-        except (OSError, ValueError, msgspec.ValidationError):
+        except (OSError, ValueError, RecursionError, msgspec.ValidationError):
+            return
+        if not 0 <= found.stop < len(found.route.stops):  # by another's hand: there is no such stop to show
             return
         if found.state not in ("idle", "ended"):
             found.state, found.command = "ended", None
@@ -577,6 +579,14 @@ class RouteService(Part):
         hours = (route.begins, route.ends)
         if bool(route.begins) != bool(route.ends) or not all(HOUR_FORM.fullmatch(one or "00:00") for one in hours):
             raise BadInput(Statement("routes.hours"))
+        if route.begins and route.begins == route.ends:
+            raise BadInput(Statement("routes.no_hours", hour=route.begins))
+        if (
+            route.loop
+            and not route.every_min
+            and {(one.place, one.wait_s, one.action) for one in stops} == {(stops[0].place, 0.0, None)}
+        ):
+            raise BadInput(Statement("routes.turns_on_the_spot", name=stops[0].place))
         return msgspec.structs.replace(route, name=checked_name(route.name), stops=tuple(stops))
 
 

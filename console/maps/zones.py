@@ -26,14 +26,16 @@ from core.gate import Twist
 from core.message import Array
 from core.navigation.zones import KeepOuts, MapZone, SlowZones, ZoneKind, crosses_itself, enclosed_area
 from core.pilot.pilot import Pilot
-from core.pipelines.nav2_map import UNKNOWN_VALUE, Nav2Cells, read_nav2_zip
-from core.pipelines.nav2_masks import SpeedType, keep_out_polygons, mask_files, slow_polygons
+from core.pipelines.nav2_map import OCCUPIED_VALUE, UNKNOWN_VALUE, Nav2Cells, read_nav2_zip
+from core.pipelines.nav2_masks import SpeedType, beside, keep_out_polygons, mask_files, slow_polygons
 from core.sensors import SensorFrame
 from core.sentences import Statement
 from core.snapshot import Snapshot
 
 MAX_ZONES, MAX_CORNERS = 200, 200
 MIN_AREA_M2 = 0.01
+MAX_SLOW_SHARE = 0.95  # of the robot's largest speed, above which a slow zone slows nothing
+MAX_KEPT_OUT_SHARE = 0.5  # of a mask, from which black and white may be exchanged
 MIN_SLOW_SPEED_M_S, MAX_SLOW_SPEED_M_S = 0.02, 1.0
 CAP_PERIOD_S = 0.25  # between two caps: a gate that was started again has forgotten the last one
 WARNED_S = 15.0  # for which another press may enter the zone that a hand was warned of
@@ -97,6 +99,11 @@ class ZoneService(Part):
         found, left_out = await asyncio.to_thread(self._polygons, packed, reading)
         if not found:
             raise BadInput(Statement("zones.empty_mask"))
+        outside = sum(beside(ring, self._maps.grid) for ring, _ in found)
+        if outside == len(found):
+            raise BadInput(Statement("zones.mask_outside"))
+        if outside:
+            left_out = _joined(left_out, Statement("zones.mask_partly_outside", some=outside, all=len(found)))
         named = [name if number == 0 else f"{name} {number + 1}" for number in range(len(found))]
         marks = [
             self._checked(ZoneMark(one, reading.kind, tuple(map(tuple, ring.tolist())), speed), who)
@@ -113,13 +120,20 @@ class ZoneService(Part):
         if reading.kind == "keep_out":
             rings, between = keep_out_polygons(mask)
             left_out = Statement("zones.mask_between", cells=between) if between else _unknown(mask)
-            return [(ring, None) for ring in rings], left_out
+            share = float((mask.values == OCCUPIED_VALUE).mean())
+            inverted = (
+                Statement("zones.mask_mostly", share=f"{100 * share:.0f}") if share > MAX_KEPT_OUT_SHARE else ""
+            )
+            return [(ring, None) for ring in rings], _joined(inverted, left_out, mask.remark)
         largest = self._robot.profile.max_speed
         slow, without = slow_polygons(mask, reading.type, reading.base, reading.multiplier, largest)
         limits: list[tuple[Array, float | None]] = [
             (ring, round(min(speed, MAX_SLOW_SPEED_M_S), 4)) for ring, speed in slow
         ]
-        return limits, Statement("zones.mask_unlimited", cells=without) if without else _unknown(mask)
+        left_out = Statement("zones.mask_unlimited", cells=without) if without else _unknown(mask)
+        fast = sum(speed > MAX_SLOW_SHARE * largest for _, speed in slow)
+        no_slower = Statement("zones.mask_no_slower", some=fast, most=f"{largest:g}") if fast else ""
+        return limits, _joined(no_slower, left_out, mask.remark)
 
     async def remove(self, name: str, who: Person) -> None:
         """Remove a zone. Raises Problem 404, 503, Refused, Unwritable."""
@@ -188,6 +202,12 @@ def _unknown(mask: Nav2Cells) -> str:
     """A sentence on the cells that have no value, where that is not the ground of the mask; "": there are none."""
     count = int((mask.values == UNKNOWN_VALUE).sum())
     return Statement("zones.mask_unknown", cells=count) if 0 < 2 * count < mask.values.size else ""
+
+
+def _joined(*sentences: str) -> str:
+    """The sentences that are there, one behind the other; a lone one keeps its code."""
+    there = [one for one in sentences if one]
+    return there[0] if len(there) == 1 else " ".join(there)
 
 
 def _with_zones(marks: MapMarks, drawn: list[ZoneMark]) -> MapMarks:

@@ -26,6 +26,7 @@ SLACK_M = 0.0015  # by which a zone may reach into a cell that it does not touch
 MAX_LIMIT_M_S = 10.0  # of a slow zone: more is a share in percent
 SPEED_STEP_M_S = 0.01  # of a cell's value in the speed mask
 MAX_RING_CORNERS = 200
+MAX_TURN_RAD = 1e-6  # of an origin that is as good as straight
 MAX_AROUND_M = 50.0  # by which a mask is larger than its map, to hold zones
 PARAMETERS = """\
 # Into nav2_params.yaml; keepout_filter belongs into `plugins` before inflation_layer, or its edge is not inflated.
@@ -95,6 +96,12 @@ def slow_polygons(
     return found, without
 
 
+def beside(ring: Array, grid: OccupancyGrid) -> bool:
+    """Return whether a polygon (N, 2) [m] lies wholly outside the rectangle of a map."""
+    end = grid.origin + grid.resolution * np.array(grid.log_odds.shape[::-1])
+    return bool((ring.max(axis=0) <= grid.origin).any() or (ring.min(axis=0) >= end).any())
+
+
 def covered(points: Array, grid: OccupancyGrid) -> Array:
     """Mask (rows, columns) of the cells of which a polygon (N, 2) [m] covers more than `SLACK_M` at an edge."""
     rows, columns = grid.log_odds.shape
@@ -138,7 +145,7 @@ def rings(cells: Array, mask: Nav2Cells) -> list[Array]:
 
 
 def _check_straight(mask: Nav2Cells) -> None:
-    if mask.origin[2] != 0.0:
+    if abs(math.remainder(mask.origin[2], math.tau)) > MAX_TURN_RAD:
         raise BadInput(Statement("nav2.turned_mask"))
 
 

@@ -281,6 +281,33 @@ def test_after_a_restart_it_stands_as_interrupted(live: Live) -> None:
     stays(live, "ended")
 
 
+@pytest.mark.parametrize(
+    "spoilt", ['{"stop": 9}', '{"stop": -3}', '{"route": {"name": "x", "stops": []}}', "[" * 99_999]
+)
+def test_a_spoilt_file_of_the_running_route_is_passed_over(live: Live, spoilt: str) -> None:
+    service = live.runtime.parts[RouteService]
+    live.until(lambda: service._writing is None)
+    run = RouteRun(RouteMark("round", (RouteStop("desk"), RouteStop("sofa"))), Person("1", "Ada"), True)
+    whole = json.dumps(msgspec.to_builtins(run) | json.loads(spoilt)) if spoilt.startswith("{") else spoilt
+    (live.home / FILE).write_text(whole)
+    before = progress(live)
+    live.run(service.open())
+    assert progress(live) == before
+
+
+@pytest.mark.parametrize(
+    ("change", "code"),
+    [
+        ({"stops": [{"place": "desk"}]}, "routes.turns_on_the_spot"),
+        ({"stops": [{"place": "desk"}, {"place": "desk"}]}, "routes.turns_on_the_spot"),
+        ({"begins": "08:30", "ends": "08:30"}, "routes.no_hours"),
+    ],
+)
+def test_rounds_without_a_way_or_a_time_are_refused(live: Live, change: dict[str, Any], code: str) -> None:
+    asked = {"name": "x", "stops": [{"place": "desk"}, {"place": "sofa"}], "loop": True}
+    assert call(live, "POST", "/api/routes", asked | change, status=422)["code"] == code
+
+
 def test_a_slow_disk_holds_no_route_and_gets_the_newest(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
     service, free, written = live.runtime.parts[RouteService], threading.Event(), list[str]()
 

@@ -3,8 +3,10 @@
 import io
 import itertools
 import math
+import re
 import zipfile
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from console.http.problems import Problem
 from console.maps.zones import ZoneService
 from console.messages.inbound import JogMessage
 from core.pipelines.nav2_map import read_nav2_map
+from core.sentences import Statement
 from tests.console.live import Live
 
 
@@ -37,7 +40,7 @@ def bare(rough_live: Live) -> Any:
     live.calm()
     live.ask("POST", "/api/stop", token=live.operator)
     for one in call(live, "GET", "/api/zones")["zones"]:
-        call(live, "DELETE", f"/api/zones/{one['name']}", status=204)
+        call(live, "DELETE", f"/api/zones/{quote(one['name'])}", status=204)
 
 
 def ahead(live: Live, metres: float) -> tuple[float, float]:
@@ -182,6 +185,43 @@ def test_zones_go_out_as_masks_of_nav2_and_come_back_with_the_same_cells(bare: L
         in send(bare, "/api/zones/masks?name=dark&kind=keep_out", grey).json["left_out"]
     )
     assert "zip" in send(bare, "/api/zones/masks?name=w&kind=keep_out", b"PK").json["detail"]
+
+
+def test_a_mask_that_would_protect_nothing_or_nearly_all_says_so(bare: Live) -> None:
+    files = members(bare.ask("GET", "/api/zones/masks", token=bare.viewer).body)
+    size = files["keepout_mask.pgm"].split()[1:3]
+    columns, rows = map(int, size)
+
+    def mask(pixels: np.ndarray, origin: str = "", **extra: str) -> bytes:
+        text = files["keepout_mask.yaml"].decode().replace("trinary", extra.get("mode", "trinary"))
+        if origin:
+            text = re.sub(r"origin: .*", f"origin: {origin}", text)
+        return zip_of(
+            {"m.yaml": text.encode(), "keepout_mask.pgm": b"P5\n%d %d\n255\n" % (columns, rows) + pixels.tobytes()}
+        )
+
+    def told(name: str, packed: bytes, query: str = "kind=keep_out") -> Any:
+        return send(bare, f"/api/zones/masks?name={name}&{query}", packed).json
+
+    pixels = np.full((rows, columns), 254, np.uint8)
+    pixels[2:6, 2:6] = 0
+    assert told("far", mask(pixels, "[9000, 0, 0]"))["detail"] == Statement("zones.mask_outside")
+    pixels[-6:-2, -6:-2] = 0
+    away = 0.05 * (columns // 2)
+    partly = told(
+        "partly", mask(pixels, f"[{away + float(files_origin(files)[0])}, {files_origin(files)[1]}, 6.283185307]")
+    )
+    assert "1 of 2 zones of the mask lie outside the map" in partly["left_out"]
+    assert "are to be kept out of" in told("most", mask(254 - pixels))["left_out"]
+    fast = mask(np.where(pixels == 0, 90, 0).astype(np.uint8), mode="raw")
+    slowed = told("fast", fast, "kind=slow&type=2&base=0&multiplier=0.1")
+    assert "slow nothing" in slowed["left_out"]
+
+
+def files_origin(files: dict[str, bytes]) -> list[str]:
+    found = re.search(rb"origin: \[(.*)\]", files["keepout_mask.yaml"])
+    assert found is not None
+    return found[1].decode().split(", ")
 
 
 def test_a_map_of_nav2_is_kept_as_a_saved_map_to_the_bit(bare: Live) -> None:

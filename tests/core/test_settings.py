@@ -50,6 +50,7 @@ def test_a_file_changes_what_it_names_and_nothing_else(tmp_path: Path) -> None:
     [
         ("[steerin]\nlookahead = 1.0", "no section [steerin]; did you mean [steering]?"),
         ("[zzz]", "no section [zzz]; known are corners"),
+        ("lookahead = 0.3", "lookahead stands before any section; write it under [steering]"),
         ("steering = 3", "must be a section"),
         ("[steering]\nlookahed = 1.0", "no setting lookahed; did you mean lookahead?"),
         ("[steering]\nlookahead = true", "lookahead must be a number, not true"),

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from core.calibration.files.camera_files import ros_yaml
 from core.errors import BadInput
 from core.geometry import Pose
-from core.optics import TABLE_3
+from core.optics import TABLE_3, CameraModel
 from core.robots.connect import connect, parts_of, with_options
 from core.robots.device import Base, Equipment
 from core.robots.live import LiveRobot
@@ -191,6 +192,27 @@ def test_an_array_that_is_wider_than_its_robot_is_a_notice(tmp_path: Path) -> No
     file = load_of("radius = 0.2\n[microphones.tetrahedron]\nprofile = 'mine.toml'")
     (notice,) = profile_of((whole,), file, "x:", tmp_path).notices
     assert "2.4 m apart on a robot of 0.4 m" in notice
+
+
+@pytest.mark.parametrize(
+    ("change", "codes"),
+    [
+        ({}, []),
+        ({"fy": 260.0}, ["focal"]),
+        ({"fy": 1040.0}, ["focal"]),
+        ({"cx": 40.0}, ["principal"]),
+        ({"fx": 12000.0, "fy": 12000.0}, ["view"]),
+        ({"fx": 86.0, "fy": 86.0}, ["view"]),
+    ],
+)
+def test_a_calibration_that_hardly_any_camera_has_is_a_notice(
+    tmp_path: Path, change: dict[str, float], codes: list[str]
+) -> None:
+    model = CameraModel(**{"width": 640, "height": 480, "fx": 520.0, "fy": 520.0, "cx": 322.0, "cy": 236.0} | change)
+    (tmp_path / "camera.yaml").write_text(ros_yaml(model))
+    file = load_of("radius = 0.2\n[cameras.camera]\ncalibration = 'camera.yaml'")
+    notices = profile_of((WHOLE,), file, "x:", tmp_path).notices
+    assert [code_of(sentence).code for sentence in notices] == [f"robot_file.{code}" for code in codes]
 
 
 def load_of(text: str) -> RobotFile:
