@@ -24,6 +24,7 @@ CARD_VERSION = 2
 MOST_BYTES = 2**16
 MOST_PEOPLE = 50
 MAX_LOOK_NUMBER = 20.0  # of the numbers of someone's looks
+MIN_HEIGHT_M, MAX_HEIGHT_M = 0.3, 3.5  # of a person, as it was measured
 MAX_NAME_CHARACTERS = 40  # characters of a name
 CHOSEN = "chosen.json"
 ID = re.compile(r"[0-9a-f]{12}")
@@ -152,6 +153,8 @@ def card_in(raw: bytes, card_id: str) -> PersonFile:
     numbers = [one for row in (*looks.colours, looks.proportions, [looks.height_m]) for one in row if one is not None]
     if not all(math.isfinite(one) and abs(one) < MAX_LOOK_NUMBER for one in numbers) or not looks.appearance.known:
         raise ValueError("looks that are none")
+    if looks.height_m is not None and not MIN_HEIGHT_M <= looks.height_m <= MAX_HEIGHT_M:
+        raise ValueError("a height that no person has")
     if not (math.isfinite(card.learnt_s) and card.pictures > 0):
         raise ValueError("numbers that are none")
     return card

@@ -72,7 +72,7 @@ def _value(text: str) -> Any:
     """'3' → 3, 'true' → True, 'paper' → 'paper'."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return text
 
 

@@ -160,7 +160,7 @@ def parse_robot_file(text: str, name: str) -> RobotFile:
     """Read a robot file's text. Raises BadInput with a sentence that begins with `name`."""
     try:
         entries = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as trouble:
+    except (ValueError, RecursionError) as trouble:  # also for numbers of 5,000 digits
         raise BadInput(f"{name} is not valid TOML: {trouble}.") from None
     for kind, table in SENSOR_TABLES.items():  # one by one, so that a sentence says of which sensor it speaks
         sensors = entries.get(kind)

@@ -228,7 +228,7 @@ def load_array(path: str | Path) -> MicrophoneArray:
         if file.stat().st_size > MAX_PROFILE_BYTES:
             raise BadInput(f"{file.name} is too large for an array profile; a few lines are expected.")
         fields = tomllib.loads(text_of(file.read_bytes(), file.name))
-    except tomllib.TOMLDecodeError as trouble:
+    except (tomllib.TOMLDecodeError, RecursionError) as trouble:
         raise BadInput(f"{file.name} is not valid TOML: {trouble}.") from None
     except (OSError, ValueError):
         raise BadInput(

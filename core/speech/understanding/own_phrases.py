@@ -89,11 +89,11 @@ def own_phrases(path: str) -> OwnPhrases:
         if file.stat().st_size > MOST_BYTES:
             raise BadInput(f"{file.name!r} is too long for a file of phrases.")
         entries = tomllib.loads(text_of(file.read_bytes(), file.name))
+    except (ValueError, RecursionError) as trouble:
+        raise BadInput(f"{file.name!r} is not valid TOML: {trouble}.") from None
     except (OSError, RuntimeError) as trouble:  # RuntimeError: no such home
         why = getattr(trouble, "strerror", None) or trouble
         raise BadInput(f"The phrases in {file.name!r} cannot be read ({why}).") from None
-    except (ValueError, RecursionError) as trouble:
-        raise BadInput(f"{file.name!r} is not valid TOML: {trouble}.") from None
     try:
         phrases = tuple(_phrase(words, spec) for spec, words in _listed(entries))
         _check_apart(phrases)

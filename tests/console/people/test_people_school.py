@@ -137,6 +137,8 @@ def test_a_name_that_cannot_be_read_is_refused_in_words(name: str) -> None:
         lambda told: told | {"colours": [[2.0] * 18] * 3},
         lambda told: told | {"colours": [[0.1]]},
         lambda told: told | {"name": ""},
+        lambda told: told | {"looks": looks(height_m=17.2)},
+        lambda told: told | {"looks": looks(height_m=-1.7)},
         lambda told: told | {"id": "ffffffffffff"},
         lambda told: {},
     ],

@@ -118,6 +118,8 @@ height = 0.3
         ("lasers = 3", "lasers: expected `object`, got `int`"),
         ('[lasers.front]\nx = "left"', r"robot.toml, lasers\.front, x: expected `float"),
         ("url = ", "not valid TOML"),
+        ("url = " + "[" * 5000, "not valid TOML"),
+        ("radius = 1" + "0" * 5000, "not valid TOML"),
         ("name = 'x'", "needs a line url"),
         (f"name = '{'x' * 101}'", "at most 100 letters"),
         ("radius = 0.2\nwheelbase = 2.3", "in metres"),

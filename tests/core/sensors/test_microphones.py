@@ -77,6 +77,7 @@ def test_profiles_by_name_need_no_file():
         (SQUARE + "gain = 3", "unknown key 'gain'"),
         (SQUARE + "name = 3", "short text"),
         ("positions_m = [[", "not valid TOML"),
+        ("positions_m = " + "[" * 5000, "not valid TOML"),
     ],
 )
 def test_profiles_that_cannot_be_are_refused_in_a_sentence(tmp_path, text, words):

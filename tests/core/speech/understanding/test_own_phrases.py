@@ -111,6 +111,7 @@ def test_phrases_of_the_documentation_and_of_words_with_a_silent_e_are_read(file
         ("come_here = [" + '"oh dear me", ' * 60 + "]", "more than"),
         ("come_here = [", "TOML"),
         ("[" * 5000, "TOML"),
+        ("come_here = " + "[" * 5000, "TOML"),
         ("# " + "x" * 30_000, "too long"),
     ],
 )
