@@ -89,6 +89,7 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
                 gc.freeze()  # objects loaded by now stay; to go through it again and again takes 70 ms each time
                 if first:
                     announce(options, web.port, web.access)
+                    sys.stderr.writelines(f"{sentence}\n" for sentence in robot.profile.notices)
                     warn_without_words(settings.speech)
                 notify("READY=1")
                 for level, words in first_notices(options, trouble, web.damaged):

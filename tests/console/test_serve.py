@@ -34,6 +34,7 @@ from core.gate import check as check_trace
 from core.sentences import static_folder
 from core.speech.recognition import engines
 from core.speech.settings import SpeechSettings
+from tests.core.robots.test_robot_file import DRIVER
 
 REPOSITORY = Path(__file__).parents[2]
 CAMPAIGN = pytest.mark.campaign
@@ -106,6 +107,16 @@ def begin(tmp_path: Path):
         if one.process.poll() is None:
             one.process.kill()
             one.process.wait()
+
+
+def test_what_is_improbable_in_a_robot_file_is_said_at_the_start(begin, tmp_path: Path) -> None:
+    (tmp_path / "my_robot.py").write_text(DRIVER)
+    url = f"py:{tmp_path}/my_robot.py:x"
+    (tmp_path / "robot.toml").write_text(f'url = "{url}"\nradius = 0.2\n[lasers.top]\nx = 0.1\nheading_deg = 1.5708')
+    console = begin("--port", "0", "--robot", str(tmp_path / "robot.toml"))
+    console.links(2)
+    console.end(signal.SIGTERM)
+    assert "lasers.top.heading_deg = 1.5708" in console.complaint
 
 
 def test_it_tells_two_addresses_keeps_its_secrets_and_ends_promptly_with_sockets_open(begin) -> None:
