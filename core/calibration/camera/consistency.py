@@ -4,7 +4,7 @@ The solution of all views is compared with what explains them better: two camera
 (a mixture), squares that are longer one way or off a right angle, a board that is bent, another focal length. Where a
 rival explains much more than noise can, the standard deviations of the single camera mean nothing, however small they
 are. What hardly raises the errors (a focal length or a principal point that differs from view to view, a board that
-moves while its rows are read, skew) is found by tests of the score.
+moves while its rows are read or gives way in the hand, skew) is found by tests of the score.
 """
 
 from typing import NamedTuple
@@ -76,7 +76,7 @@ class Variation:
     """A difference from view to view, or something that no camera has."""
 
     code: str  # of the check
-    extent: float  # share of f; of the principal point, or the corners [pixel]; of a skew [degree]
+    extent: float  # share of f; of the principal point, or the corners [pixel]; of a skew [degree]; of a bend [m]
     excess: float  # times what noise gains
     left: float  # [pixel²] of the squared errors, per degree of freedom
 
@@ -125,17 +125,18 @@ def find_variation(corners: Corners, solution: BundleSolution, known: NormalEqua
 
     `known`: the `equations` at this solution.
 
-    Score tests of a focal length, a principal point and a motion of its own for every view, and of a skew for all,
-    against what the views' own cameras and motions gain besides. That also counts what no camera explains (another
-    lens); the board's shape up to second order, in its plane and out of it, is allowed for.
+    Score tests of a focal length, a principal point, a motion and a bend of the board of its own for every view, and
+    of a skew for all, against what the views' own cameras, motions and bends gain besides. That also counts what no
+    camera explains (another lens); the board's shape up to second order, in its plane and out of it, is allowed for.
     """
     kept = np.flatnonzero(corners.views_used)
     some, here = corners.take(kept), BundleSolution(solution.camera, solution.poses.take(kept))
     known = known.take(kept)
     unit = np.eye(known.pull.shape[1])
     none, common, motion = unit[:, :0], unit[:, : 1 - BY_ROW], unit[:, 1 - BY_ROW :]
+    bends = unit[:, SHAPES["board.bent"]]
     square, whole = (_gain(known, none, each) for each in (common[:, :-1], common))
-    most = _gain(known, np.hstack((unit[:, : len(PAPER)], motion)), common)
+    most = _gain(known, np.hstack((unit[:, : len(PAPER)], motion, bends)), common)
     cost, count = float(_costs(some, here).sum()), 2 * np.count_nonzero(some.used) - 6 * len(kept)
     noise = max((cost - most.amount) / max(count - most.freedom, 1), 1e-300)  # [pixel²]
     tried = {"camera.skew": whole}
@@ -144,6 +145,7 @@ def find_variation(corners: Corners, solution: BundleSolution, known: NormalEqua
         ("camera.focal_varies", unit[:, :2] @ here.camera[:2, None]),  # changes with the logarithm of f
         ("camera.middle_varies", unit[:, 2:4]),
         ("camera.rows_late", motion),
+        ("board.flexes", bends),
     ):
         tried[code] = _gain(known, own, common)
         rest = _rest(most, tried[code], noise)
@@ -161,8 +163,11 @@ def find_variation(corners: Corners, solution: BundleSolution, known: NormalEqua
     elif code == "camera.rows_late":
         extent = float(np.sqrt((gain.amount - whole.amount) / np.count_nonzero(some.used)))
     else:
-        weights = np.einsum("mii->m", gain.information) / gain.own.shape[1]
-        squares = np.einsum("mi,mij,mj->m", gain.own, gain.information, gain.own)
+        weights = np.einsum("mii->m", gain.information)
+        if code == "board.flexes":
+            squares = weights * np.ptp(gain.own @ _bends(some.points).T, axis=1) ** 2
+        else:
+            squares = np.einsum("mi,mij,mj->m", gain.own, gain.information, gain.own) * gain.own.shape[1]
         extent = float(np.sqrt(squares.sum() / weights.sum()))
     excess = (gain.amount - whole.amount) / max(gain.freedom - whole.freedom, 1) / noise
     return Variation(code=code, extent=extent, excess=excess, left=left)

@@ -322,6 +322,7 @@ def _faults(found: _Found, views: Sequence[ViewCorners], board: Board) -> tuple[
     if isinstance(found.part, Variation):
         extent = found.part.extent
         values = {"share": f"{100 * extent:.1f}", "pixels": f"{extent:.1f}", "degrees": f"{abs(extent):.2f}"}
+        values["depth"] = f"{1e3 * extent:.1f}"
         faults.append(fault(found.part.code, used=found.part.code not in UNDECIDED_CODES, **values))
     elif found.part is not None:
         part, count = found.part, len(views)

@@ -10,7 +10,6 @@ from core.calibration.camera.intrinsics import Calibration, calibrate
 from core.calibration.camera.session import CameraSession
 from core.calibration.practice import BoardPlacement, held, seen
 from core.calibration.projection import project, vector_of
-from core.calibration.reports import camera_report
 from core.errors import Refused
 from core.message import Array
 from core.optics import CameraModel
@@ -200,21 +199,18 @@ def test_a_bent_board_is_named_and_solved_with_and_is_not_two_cameras(rise: floa
     assert off(found, "fx") < 2.5 and found.noise < 1.1 * noise
 
 
-def test_a_board_that_gives_way_in_the_hand_has_its_stated_deviations_called_too_small() -> None:
+@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(seed, marks=CAMPAIGN) for seed in range(4, 12))])
+def test_a_board_that_gives_way_in_the_hand_is_named_and_widens_the_deviations(seed: int) -> None:
     across = (BOARD.points[:, 0] - BOARD.centre[0]) / 0.24
     bow = np.column_stack((0 * across, 0 * across, 0.0003 * (1 - across**2)))  # 0.3 mm, more or less in every picture
-    errors, counted = list[float](), list[float]()
-    for seed in (2, 3, 6, 7):  # of the first ten, where nothing else is said
-        rng = np.random.default_rng(seed)
-        poses = held(rng, 16, LENS, BOARD)
-        bent = [project(vector_of(LENS), poses.take([view]), BOARD.points + rng.normal() * bow) for view in range(16)]
-        found = calibrate(views_of(np.concatenate(bent) + rng.normal(0, NOISE, (16, BOARD.count, 2))), BOARD, SIZE)
-        assert not found.faults and any("disagree" in words for words in camera_report(found)["warnings"])
-        errors += [off(found, name) for name in ("fx", "fy", "cx", "cy")]
-        counted += [error / found.disagreement for error in errors[-4:]]
-    assert np.sqrt(np.mean(np.square(errors))) > 1.8 > 1.4 > np.sqrt(np.mean(np.square(counted)))
-    still = calibrate(views_of(varied("", 0.0, 16)), BOARD, SIZE)
-    assert still.disagreement == 1.0 and not any("disagree" in words for words in camera_report(still)["warnings"])
+    rng = np.random.default_rng(seed)
+    poses = held(rng, 16, LENS, BOARD)
+    heights = rng.normal(size=16)
+    bent = [project(vector_of(LENS), poses.take([view]), BOARD.points + heights[view] * bow) for view in range(16)]
+    found = calibrate(views_of(np.concatenate(bent) + rng.normal(0, NOISE, (16, BOARD.count, 2))), BOARD, SIZE)
+    assert [each.code for each in found.faults] == ["board.flexes"] and not found.undecided
+    assert float(found.faults[0].values["depth"]) == pytest.approx(0.3 * np.sqrt(np.mean(heights**2)), abs=0.15)
+    assert max(off(found, name) for name in ("fx", "fy", "cx", "cy")) < 3.5
 
 
 def test_a_session_does_not_accept_what_contradicts_itself() -> None:
