@@ -98,7 +98,7 @@ class RosbridgeEmulator:
             for client in list(self.clients):
                 client.close()
             self._server.shutdown()
-            self._thread.join(2.0)
+            self._thread.join()
             for end in (self._server.shutdown_watcher, self._server.shutdown_notifier):
                 os.close(end)  # the library leaves them open
             self._server = None

@@ -56,7 +56,7 @@ class SmallFoxglove:
             for client in list(self.clients):
                 client.close()
             self._server.shutdown()
-            self._thread.join(2.0)
+            self._thread.join()
 
     def say(self, raw: str | bytes | dict[str, Any]) -> None:
         """To all clients."""
