@@ -5,6 +5,7 @@ translation has the same keys. Where a sentence comes from, only its code stands
 """
 
 import json
+import operator
 import re
 from functools import cache
 from pathlib import Path
@@ -14,6 +15,8 @@ KEY = "console."  # before the code, in the catalogue
 Language = Literal["en", "de"]  # of the page
 ENGLISH: Final = "en"
 HOLE = re.compile(r"\{(\w+)\}")
+AFTER_SENTENCE = re.compile(r" [A-Z]")  # what a hole at the begin of a sentence holds is one itself
+WITHIN = r"(?:(?![.!?] [“A-Z]).)+"  # what stands in a hole of a sentence
 SENTENCE_END = re.compile(r"(?<=[.!?]) (?=\S)")  # between sentences that were put together
 
 
@@ -94,7 +97,7 @@ class PageTexts:
     def __init__(self, language: Language = ENGLISH) -> None:
         self.language = language
         self._texts = catalogue(language)
-        self._uncoded: dict[str, str] = {} if language == ENGLISH else catalogue(f"{language}.console")
+        self._uncoded = _sentences(language)
 
     def t(self, key: str, **values: object) -> str:
         """Return a text by its key, with values in the place of their names. Raises KeyError."""
@@ -107,28 +110,63 @@ class PageTexts:
             return self._filled(self._texts[KEY + code], values or {})
         if (words := self._uncoded.get(sentence)) is not None or self.language == ENGLISH:
             return words or sentence
-        for pattern, words in _patterns(self.language):
-            if found := pattern.fullmatch(sentence):
-                return self._filled(words, found.groupdict())
+        for row in _rows(self.language):
+            if row.longest in sentence and (found := row.pattern().fullmatch(sentence)):
+                return self._filled(row.words, found.groupdict())
         parts = SENTENCE_END.split(sentence)
         return sentence if len(parts) == 1 else " ".join(map(self.said, parts))
 
     def _filled(self, words: str, values: dict[str, str]) -> str:
-        return words.format_map({name: self.said(value) for name, value in values.items()})
+        return HOLE.sub(lambda hole: self.said(values[hole[1]]), words)
 
 
 @cache
-def _patterns(language: Language) -> list[tuple[re.Pattern[str], str]]:
-    """Every sentence of the console with its values as groups, and the words of another language."""
-    english, other = catalogue(), catalogue(language)
-    both = [*catalogue(f"{language}.console").items()]
-    both += [(text, other[key]) for key, text in english.items() if key.startswith(KEY)]
-    patterns = list[tuple[re.Pattern[str], str]]()
-    for text, words in both:
-        names = HOLE.findall(text)
-        if re.search(r"\w{3}", HOLE.sub("", text)) and len(set(names)) == len(names):
-            patterns.append((re.compile(re.sub(r"\\{(\w+)\\}", r"(?P<\1>.+)", re.escape(text))), words))
-    return patterns
+def _sentences(language: Language) -> dict[str, str]:
+    """Return the sentences of the console and the words of a language for them; without those of English."""
+    if language == ENGLISH:
+        return {}
+    other = catalogue(language)
+    coded = {text: other[key] for key, text in catalogue().items() if key.startswith(KEY)}
+    return coded | catalogue(f"{language}.console") | catalogue(f"{language}.errors")
+
+
+class _SentencePattern(NamedTuple):
+    """A sentence of the console with holes."""
+
+    longest: str  # of its fixed pieces
+    pieces: tuple[str, ...]  # fixed, name, fixed …
+    words: str  # of the other language
+
+    def pattern(self) -> re.Pattern[str]:
+        return _compiled(self.pieces)
+
+
+@cache
+def _compiled(pieces: tuple[str, ...]) -> re.Pattern[str]:
+    """Fixed pieces and names → its expression; only a hole at either end takes more than one sentence."""
+    holes = [
+        ".+"
+        if (after == "" and number == len(pieces) // 2 - 1) or (number == 0 and AFTER_SENTENCE.match(after))
+        else WITHIN
+        for number, after in enumerate(pieces[2::2])
+    ]
+    named = (
+        f"(?P<{name}>{hole}){re.escape(after)}"
+        for name, hole, after in zip(pieces[1::2], holes, pieces[2::2], strict=True)
+    )
+    return re.compile(re.escape(pieces[0]) + "".join(named), re.DOTALL)
+
+
+@cache
+def _rows(language: Language) -> list[_SentencePattern]:
+    """Every sentence of the console that has holes, those that say most first, as `allRows` of the page."""
+    found = list[tuple[int, _SentencePattern]]()
+    for text, words in _sentences(language).items():
+        pieces = tuple(HOLE.split(text))
+        fixed, names = pieces[::2], pieces[1::2]
+        if names and len(set(names)) == len(names) and re.search(r"\w{3}", " ".join(fixed)):
+            found.append((-len("".join(fixed)), _SentencePattern(max(fixed, key=len), pieces, words)))
+    return [row for _, row in sorted(found, key=operator.itemgetter(0))]
 
 
 def static_folder() -> Path:

@@ -10,11 +10,11 @@ from fastapi import Path, Response
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, HistoryInUse, RequestBody, RobotInUse, Who, part, router, sends_file
+from console.api import Behind, HistoryInUse, RequestBody, RobotInUse, Texts, Who, part, router, sends_file
 from console.http.problems import Problem
 from console.speech.quality_runs import QualityRuns, QualityRunState, QualitySetup
 from core.robots.requests import ReadPlan, ReadTruth
-from core.speech.quality.report import STYLE
+from core.speech.quality.report import STYLE, in_language
 
 speech_quality = router("speech quality", 409, 503, 507)
 QualityTests = Annotated[QualityRuns, part(QualityRuns)]
@@ -115,9 +115,11 @@ async def delete(id: Id, quality: QualityTests) -> None:
 
 @speech_quality.get("/speech-quality/{id}/report/{row}", **sends_file("text/html"))
 @needs("viewer")
-async def report(id: Id, row: Annotated[int, Path(ge=0, le=100)], quality: QualityTests) -> Response:
+async def report(id: Id, row: Annotated[int, Path(ge=0, le=100)], quality: QualityTests, texts: Texts) -> Response:
     """The page of one place: texts side by side, figures, spectrograms."""
     pages = quality.find(id).pages
     if row >= len(pages) or not pages[row]:
         raise Problem(404, "Nothing was measured there (yet).")
-    return Response(pages[row], media_type="text/html", headers={"Content-Security-Policy": POLICY})
+    return Response(
+        in_language(pages[row], texts), media_type="text/html", headers={"Content-Security-Policy": POLICY}
+    )

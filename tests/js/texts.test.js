@@ -105,3 +105,21 @@ test("a sentence without its code is known by its words, with what stands in the
   assert.equal(inLanguage("Counted as view 4."), "Gezählt als Ansicht 4.");
   assert.equal(inLanguage("Nobody wrote this sentence."), "Nobody wrote this sentence.");
 });
+
+test("errors of files and drivers are fetched when one comes, and looked up in no time", async () => {
+  globalThis.localStorage = /** @type {any} */ ({ getItem: () => "de" });
+  const there = "../../static/js/ui/texts.js?errors";
+  const { inLanguage, learn } = /** @type {typeof import("../../static/js/ui/texts.js")} */ (await import(there));
+  const trouble = "walk.log is empty.";
+  assert.equal(inLanguage("Good."), "Gut.");
+  assert.equal(inLanguage(trouble), trouble);
+  await learn({ rows: [1, 2], found: [{ reason: "", detail: trouble }] });
+  assert.equal(inLanguage(trouble), "walk.log ist leer.");
+  const refused = "127.0.0.1:9 cannot be reached: Connection refused.";
+  assert.equal(inLanguage(refused), "127.0.0.1:9 ist nicht zu erreichen: Verbindung abgewiesen.");
+  assert.equal(inLanguage(`Solve it first. ${trouble}`), "Lösen Sie erst. walk.log ist leer.");
+  const began = performance.now();
+  for (let number = 0; number < 50; number += 1)
+    inLanguage(`Nobody wrote sentence ${number} of the laser, the map {x}.`);
+  assert.ok((performance.now() - began) / 50 < 10, `${(performance.now() - began) / 50} ms a sentence`);
+});

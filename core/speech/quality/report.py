@@ -1,14 +1,16 @@
 """The speech quality report as one page that needs nothing else: to be read, printed and kept."""
 
 import base64
+import re
 from collections.abc import Mapping, Sequence
-from html import escape
+from html import escape, unescape
 
 import cv2
 import msgspec
 import numpy as np
 
 from core.message import Array
+from core.sentences import PageTexts
 from core.speech.quality.audio_similarity import AudioSimilarity
 from core.speech.quality.osqe import SpeechPath, SpeechQuality
 from core.speech.quality.time_alignment import RATE_HZ
@@ -55,6 +57,9 @@ section{break-inside:avoid}.texts tr{break-inside:avoid}mark,img{print-color-adj
 
 
 MAX_SHOWN_S = 12.0  # of the recordings that are drawn
+REPORT = "report: "  # begins its rows among the page's texts
+LANGUAGE = '<html lang="en">'
+WORDS = re.compile(r"<style>.*?</style>|<tbody class='said'>.*?</tbody>|(?<=>)[^<>]+(?=<)", re.DOTALL)
 SIGN = "Below zero, or a ratio below one: the robot hears worse than the person's own path."
 
 
@@ -90,13 +95,28 @@ def page(
         _surroundings(surroundings or {}),
     ]
     return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<!doctype html>\n{LANGUAGE}<head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>Speech quality</title><style>{STYLE}</style></head><body><main>"
         "<header><h1>Speech quality</h1>"
         "<p>What was said, what the person's path wrote down, and what the robot heard.</p>"
         f"</header>{''.join(parts)}</main></body></html>\n"
     )
+
+
+def in_language(document: str, texts: PageTexts) -> str:
+    """Translate what `page` wrote; what was said and heard stays as it is."""
+
+    def said(found: re.Match[str]) -> str:
+        words = unescape(found[0])
+        if found[0].startswith("<"):
+            return found[0]
+        if (known := texts.said(words)) != words:
+            return escape(known)
+        row = REPORT + words  # a word of these tables is no word of the whole page's
+        return escape(words if (known := texts.said(row)) == row else known)
+
+    return WORDS.sub(said, document.replace(LANGUAGE, LANGUAGE.replace("en", texts.language), 1))
 
 
 def _figures(quality: SpeechQuality) -> str:
@@ -129,7 +149,7 @@ def _paths(quality: SpeechQuality) -> str:
     rows = "".join(
         f"<tr><th>{name}</th><td><b>{path.errors}</b></td><td>{path.count('substituted')}</td>"
         f"<td>{path.count('deleted')}</td><td>{path.count('inserted')}</td>"
-        f"<td>{100 * path.errors / path.words:.1f} %</td><td>{sum(path.exact)} of {path.phrases}</td></tr>"
+        f"<td>{100 * path.errors / path.words:.1f} %</td><td>{sum(path.exact)} / {path.phrases}</td></tr>"
         for name, path in (("person", quality.person), ("robot", quality.robot))
     )
     return (
@@ -149,7 +169,7 @@ def _texts(quality: SpeechQuality) -> str:
     )
     return (
         "<section><h2>Word by word</h2><table class='texts'><thead><tr><th>original</th><th>person</th><th>robot</th>"
-        f"</tr></thead><tbody>{rows}</tbody></table><p class='note'><mark>another word</mark> "
+        f"</tr></thead><tbody class='said'>{rows}</tbody></table><p class='note'><mark>another word</mark> "
         "<del>word lost</del> <ins>word too many</ins></p></section>"
     )
 
@@ -164,7 +184,7 @@ def _by_phrase(path: SpeechPath) -> list[list[Pair]]:
 def _marked(pairs: Sequence[Pair]) -> str:
     shown = {
         "same": "{heard}",
-        "substituted": '<mark title="instead of {original}">{heard}</mark>',
+        "substituted": '<mark title="{original}">{heard}</mark>',
         "deleted": "<del>{original}</del>",
         "inserted": "<ins>{heard}</ins>",
     }
@@ -179,7 +199,7 @@ def _sound(similarity: AudioSimilarity) -> str:
     shown = [samples[: round(MAX_SHOWN_S * RATE_HZ)] for samples in (matched.original, matched.received)]
     top = max(float(_levels(samples, RATE_HZ).max()) for samples in shown)
     pictures = "".join(
-        f"<figure><figcaption>{name}</figcaption><img alt='Spectrogram of the {name} sound' "
+        f"<figure><figcaption>{name}</figcaption><img alt='' "
         f"src='data:image/png;base64,{base64.b64encode(spectrogram_png(samples, RATE_HZ, top)).decode()}'></figure>"
         for name, samples in zip(("original", "received"), shown, strict=True)
     )

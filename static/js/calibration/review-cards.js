@@ -6,7 +6,7 @@
 
 import { cardHead, icon, isNew, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import { isDark } from "../ui/theme.js";
 import * as api from "./api.js";
 import { paint } from "./capture-cards.js";
@@ -195,9 +195,12 @@ function sentences(kind, solution, check) {
         solution: solution["poses_used"],
       }),
     );
-  if (kind === "laser" && solution["square_words"]) good.push(`${solution["square_words"]}.`);
+  if (kind === "laser" && solution["square_words"]) good.push(`${inLanguage(solution["square_words"])}.`);
   if (check) good.push(check);
-  return [...doubts.map((words) => ({ doubt: true, words })), ...good.map((words) => ({ doubt: false, words }))];
+  return [
+    ...doubts.map((words) => ({ doubt: true, words: inLanguage(words) })),
+    ...good.map((words) => ({ doubt: false, words })),
+  ];
 }
 
 customElements.define("findings-card", FindingsCard);

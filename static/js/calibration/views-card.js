@@ -77,7 +77,7 @@ export class ViewsCard extends HTMLElement {
       ? t("views-card.left_out_by_you")
       : view.used
         ? ""
-        : view.reason || t("views-card.not_in_the_solution_yet");
+        : inLanguage(view.reason) || t("views-card.not_in_the_solution_yet");
     const open = make(
       "button.row-open.view-open",
       {

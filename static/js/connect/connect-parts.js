@@ -4,7 +4,7 @@ import { icon, isNew, make, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
 import { speedsOffer } from "../ui/speeds-offer.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import { isBare, shortType } from "./connection-model.js";
 
 /** @import { ConnectionModel, Role } from "./connection-model.js" */
@@ -84,7 +84,7 @@ class ConnectParts extends PagePanel {
     const { roles, remarks, faults, base_frame: base } = part.findings;
     const about = [equipment(part), base && t("connect-parts.base_frame_base", { base })].filter(Boolean).join(" · ");
     const missing = roles.map((one) => one.remark).filter(Boolean);
-    const coded = faults.map(({ sentence, code }) => `${sentence} (${code})`);
+    const coded = faults.map(({ sentence, code }) => `${inLanguage(sentence)} (${code})`);
     const others = remarks.filter((one) => !faults.some(({ sentence }) => sentence === one));
     const said = [...coded, ...others, ...missing];
     const offers = this.model.own ? faults.map(({ code }) => this.#offer(code, roles)) : [];
@@ -95,7 +95,7 @@ class ConnectParts extends PagePanel {
       make("p.note", part.up ? about : t("connect-parts.about_does_not_answer", { about })),
       roles.length > 0 && make("div.connect-roles", ...roles.flatMap((role) => this.#rows(role, index))),
       said.length > 0 &&
-        make("ul.connect-remarks", ...said.map((text) => make("li", icon("info"), make("span", text)))),
+        make("ul.connect-remarks", ...said.map((text) => make("li", icon("info"), make("span", inLanguage(text))))),
       ...offers,
     );
   }

@@ -39,6 +39,7 @@ export class ExperimentRuns extends RunsModel {
     }
     for (const run of runs) {
       translate(run, "title");
+      translate(run, "reason");
       run.compared.forEach(writeName);
     }
     [this.experiments, this.runs] = [shortestFirst(experiments), runs];

@@ -1,6 +1,6 @@
 // HTTP client of the console: user, vocabulary, history, and STOP as a second channel.
 
-import { language, said, t, translate } from "../ui/texts.js";
+import { inLanguage, language, learn, said, t, translate } from "../ui/texts.js";
 
 /** @import { Kind } from "../drive/suggest.js" */
 /** @import { ArrayCheck, HistoryRow, PressedFloor, SpokenAnswer as Spoken } from "./rest.js" */
@@ -41,6 +41,7 @@ export async function call(path, options = {}) {
     throw new Refusal(0, t("api.no_answer"));
   });
   const content = await answer.json().catch(() => null);
+  await learn(content);
   if (answer.ok) return content;
   const { detail, code, values } = content ?? {};
   throw new Refusal(answer.status, detail ? said(detail, code, values) : t("api.answered", { status: answer.status }));
@@ -86,7 +87,7 @@ export async function patiently(ask) {
   for (;;) {
     await new Promise((resolve) => setTimeout(resolve, BUSY_MS));
     const status = await ask();
-    if (status.trouble) throw new Refusal(503, status.trouble);
+    if (status.trouble) throw new Refusal(503, inLanguage(status.trouble));
     if (!status.busy) return status;
   }
 }

@@ -1,6 +1,6 @@
 // HTTP client for the map that is edited, and for maps and masks of Nav2.
 
-import { said, t } from "../ui/texts.js";
+import { learn, said, t } from "../ui/texts.js";
 import { zipOf } from "../ui/zip.js";
 import { address, call, post, Refusal } from "./api.js";
 
@@ -36,6 +36,7 @@ export async function send(path, body) {
   const options = { method: "POST", body, headers: { "content-type": "application/zip" } };
   const answer = await fetch(address(path), { credentials: "same-origin", ...options });
   const content = await answer.json().catch(() => null);
+  await learn(content);
   if (answer.ok) return content;
   throw new Refusal(answer.status, content ? said(content.detail, content.code, content.values) : "");
 }

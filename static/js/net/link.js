@@ -1,7 +1,7 @@
 // WebSocket link to the console: reconnects, measures round trip and rate.
 // Requests sent over the socket that have no answer yet.
 
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 
 /** @import { Down, Up, AnswerMessage as Answer } from "./messages.js" */
 
@@ -175,7 +175,7 @@ export class Link {
   /** @param {WebSocket} socket @param {string} [why] */
   #lost(socket, why = "") {
     if (socket !== this.#socket) return;
-    this.#why = (/^keepalive/.test(why) ? "" : why) || this.#why; // the library's words say no more than that it is lost
+    this.#why = (/^keepalive/.test(why) ? "" : inLanguage(why)) || this.#why; // the library's words say no more than that it is lost
     const wait = waitBefore(this.#attempt, Math.random());
     this.#socket = null;
     this.#hello = false;

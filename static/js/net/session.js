@@ -1,7 +1,7 @@
 // Session of one page: newest state, events, and all requests that act on the robot.
 
 import { onlyWatched, permission } from "../drive/permission.js";
-import { t, translate } from "../ui/texts.js";
+import { inLanguage, learn, t, translate } from "../ui/texts.js";
 import { unlessStopped } from "../voice/spoken-answers.js";
 import * as api from "./api.js";
 import { Asking, Link } from "./link.js";
@@ -183,7 +183,10 @@ export class Session {
     const left = this.link.send({ kind: "halt", press });
     const why = t("session.the_robot_stops_by_itself_when_2");
     api.halt(press).then(
-      (halted) => left || halted.latched || this.complain(halted.why ?? t("session.the_halt_is_not_saved")), // the socket says it
+      (halted) =>
+        left ||
+        halted.latched ||
+        this.complain(halted.why ? inLanguage(halted.why) : t("session.the_halt_is_not_saved")), // the socket says it
       (refusal) =>
         left || this.complain(t("session.halt_could_not_be_sent_message", { message: refusal.message, why })),
     );
@@ -311,8 +314,9 @@ export class Session {
   }
 
   /** @param {Exclude<import("./messages.js").Down, {kind: "echo"}>} message */
-  #hear(message) {
+  async #hear(message) {
     if (message.kind === "answer") {
+      if (!message.ok) await learn(message.detail);
       translate(message, "detail");
       if (message.ref === 0 && !message.ok) this.tell("trouble", message.detail ?? t("session.that_was_refused")); // a click in the scene
       this.#asking.hear(message);

@@ -9,6 +9,7 @@ import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
 import { PictureChip } from "../ui/picture-quality-chip.js";
 import { drawCross, fontOf } from "../ui/place-drawing.js";
+import { PARTS } from "../ui/sensed.js";
 import { t } from "../ui/texts.js";
 import { drawWay, PictureFloor } from "./picture-floor.js";
 
@@ -316,7 +317,7 @@ function drawPerson(brush, person, scale) {
       brush.lineWidth = line * Math.max(1, scale * 0.6);
       brush.strokeRect(left, top, right - left, bottom - top);
     }
-    const says = `${part.name} ${part.likelihood.toFixed(2)}`;
+    const says = `${PARTS[part.name]} ${part.likelihood.toFixed(2)}`;
     const [x, y] = [Math.max(2, left + 2), Math.max(2, top + 2)];
     brush.fillStyle = "rgb(0 0 0 / 0.6)";
     brush.fillRect(x, y, brush.measureText(says).width + 4, size + 3);

@@ -199,7 +199,7 @@ class HearingCard extends Panel {
     );
     await this.session.attempt(async () => {
       const { well, faults } = await api.checkArray(simulated);
-      const rows = faults.map(({ sentence, serious }) => fault(sentence, serious ? "warning" : "info"));
+      const rows = faults.map(({ sentence, serious }) => fault(inLanguage(sentence), serious ? "warning" : "info"));
       this.#faults.replaceChildren(
         ...(well ? [fault(t("hearing-card.every_channel_works_and_all_of"), "done")] : []),
         ...rows,

@@ -4,7 +4,7 @@ import { call, post, send, sentenceOf } from "../net/api.js";
 import { cardHead, make, mark, numberField, onSubmit, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 
 /** @import { OwnNavigationState as OwnNavigation, PlanarPose as Pose } from "../net/rest.js" */
 /** @import { View } from "../net/session.js" */
@@ -101,7 +101,7 @@ class OwnNavigationCard extends Panel {
           fixed2: fixed(found.map.height_m, 1),
         })
       : "";
-    write(this.#sentence, size + found.sentence);
+    write(this.#sentence, size + inLanguage(found.sentence));
     write(
       this.#pose,
       found.pose ? t("own-navigation-card.it_believes_to_be_at_inwords", { inwords: inWords(found.pose) }) : "",

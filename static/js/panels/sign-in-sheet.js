@@ -6,7 +6,7 @@ import { date } from "../ui/format.js";
 import { refill } from "../ui/press.js";
 import { sure } from "../ui/row-question.js";
 import { Sheet } from "../ui/sheet.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 
 /** @import { KeyRow as Key, NewLink, SignedIn } from "../net/rest.js" */
 
@@ -90,7 +90,13 @@ export class SignInSheet extends Sheet {
           }),
         ),
         make("div.link-copy", box, copy),
-        note && make("p.link-note", ...note.split(/(--\w+)/).map((part, n) => (n % 2 ? make("span", part) : part))),
+        note &&
+          make(
+            "p.link-note",
+            ...inLanguage(note)
+              .split(/(--\w+)/)
+              .map((part, n) => (n % 2 ? make("span", part) : part)),
+          ),
       ),
     );
     this.#made.hidden = false;

@@ -3,7 +3,7 @@
 import { call, post, send } from "../net/api.js";
 import * as room from "../net/room-api.js";
 import { PageModel } from "../ui/page-model.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 
 /** @import { EnrollmentState as Enrollment, PeopleState } from "../net/rest.js" */
 /** @import { Session } from "../net/session.js" */
@@ -60,7 +60,7 @@ export class EnrollmentModel extends PageModel {
     this.state = state;
     const { enrollment } = this;
     if (enrollment?.newest && enrollment.newest.number !== before?.newest?.number)
-      this.session.announce(`${enrollment.newest.words} ${enrollment.advice}`);
+      this.session.announce(`${inLanguage(enrollment.newest.words)} ${inLanguage(enrollment.advice)}`);
     this.tell();
   }
 

@@ -4,6 +4,7 @@
 import { RobotCamera } from "../calibration/picture-source.js";
 import { Webcam } from "../calibration/webcam.js";
 import { icon, make, mark, svg, write } from "../ui/element.js";
+import { PARTS } from "../ui/sensed.js";
 import { t } from "../ui/texts.js";
 import { pictureOf } from "./enrollment-model.js";
 
@@ -31,7 +32,7 @@ export function sketched(id, judged, says) {
       class: "sketch-name",
       "font-size": 0.04 * height,
     });
-    label.textContent = name;
+    label.textContent = PARTS[name] ?? name;
     drawing.append(label);
   }
   const picture = make("img", {

@@ -87,7 +87,7 @@ export class SettingsSheet extends Sheet {
     const back = make(
       "button.button.plain",
       { hidden: true, onclick: () => void this.#change(one, null) },
-      t("settings-sheet.back_to_inwords", { inwords: inWords(one.default, one.unit) }),
+      t("settings-sheet.back_to_inwords", { inwords: inWords(one, one.default) }),
     );
     input.setAttribute("aria-describedby", says.id);
     input.disabled = !this.#may;
@@ -142,8 +142,8 @@ export class SettingsSheet extends Sheet {
     const waits =
       one.saved !== one.value
         ? t("settings-sheet.now_inwords_from_the_next_start", {
-            inwords: inWords(one.value, one.unit),
-            inwords2: inWords(one.saved, one.unit),
+            inwords: inWords(one, one.value),
+            inwords2: inWords(one, one.saved),
           })
         : "";
     const watch = t("settings-sheet.watch", { watch: inLanguage(one.watch) });
@@ -165,25 +165,25 @@ const bounds = ({ low, high, unit }) => (low === null || high === null ? "" : `$
 
 /** Why the console would refuse a number; "" where it does not. @param {Setting} one @param {Value | null} value */
 function outsideOf(one, value) {
-  const { low, high, unit } = one;
+  const { low, high } = one;
   if (typeof value !== "number" || low === null || high === null || (value >= low && value <= high)) return "";
-  return t("settings-sheet.must_lie_between", { name: nameOf(one), low, high: inWords(high, unit), value });
+  return t("settings-sheet.must_lie_between", { name: nameOf(one), low, high: inWords(one, high), value });
 }
 
 /** @param {Setting} one after its change */
 const changedTo = (one) =>
   t(one.live ? "settings-sheet.is_now" : "settings-sheet.saved_from_the_next_start", {
     name: nameOf(one),
-    value: inWords(one.saved, one.unit),
+    value: inWords(one, one.saved),
   });
 
-/** @param {Value} value @param {string} unit */
-const inWords = (value, unit) =>
-  typeof value === "boolean"
-    ? value
-      ? t("settings-sheet.on")
-      : t("settings-sheet.off")
-    : `${value}${unit && typeof value === "number" ? ` ${unit}` : ""}`;
+/** @param {Setting} one @param {Value} value */
+function inWords(one, value) {
+  if (typeof value === "boolean") return t(value ? "settings-sheet.on" : "settings-sheet.off");
+  if (typeof value === "number") return `${value}${one.unit && ` ${one.unit}`}`;
+  const name = `setting.${one.section}.${one.name}.${value}`; // voices and programs have their names in every language
+  return t(name) === name ? String(value) : t(name);
+}
 
 /** @param {Field} field @param {string} sentence @param {boolean} refused */
 function say({ input, says }, sentence, refused) {
@@ -195,7 +195,11 @@ function say({ input, says }, sentence, refused) {
 /** @param {Setting} one @param {string} id */
 function inputOf(one, id) {
   if (one.choices.length)
-    return make("select.field-box", { id }, ...one.choices.map((choice) => make("option", { value: choice }, choice)));
+    return make(
+      "select.field-box",
+      { id },
+      ...one.choices.map((choice) => make("option", { value: choice }, inWords(one, choice))),
+    );
   if (one.kind === "switch") return make("input.switch", { id, type: "checkbox", role: "switch" });
   return make("input.field-box", { id, type: "number", step: one.kind === "whole" ? "1" : "any" });
 }

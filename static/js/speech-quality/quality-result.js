@@ -7,7 +7,7 @@ import { fixed, timeOfDay } from "../ui/format.js";
 import { meter } from "../ui/meter.js";
 import { PagePanel } from "../ui/panel.js";
 import { RunList, RunProgress } from "../ui/run-parts.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import { report } from "./runs.js";
 
 /** @import { QualityRow as Row, QualityRunState as Run } from "../net/rest.js" */
@@ -76,11 +76,11 @@ class QualityResult extends PagePanel {
         ? t("quality-result.measuring")
         : t("quality-result.measured_timeofday", { timeofday: timeOfDay(run.at_s) }),
     );
-    write(this.#summary, run.state === "failed" ? run.reason : run.summary);
-    this.#going.show(run, this.model.may, running || run.state === "cancelled" ? run.doing : "");
+    write(this.#summary, inLanguage(run.state === "failed" ? run.reason : run.summary));
+    this.#going.show(run, this.model.may, running || run.state === "cancelled" ? inLanguage(run.doing) : "");
     this.#table.hidden = run.rows.length === 0;
     const [judged] = run.rows.filter((row) => row.verdict);
-    write(this.#verdict, judged ? `${place(judged)}: ${judged.verdict}` : "");
+    write(this.#verdict, judged ? `${place(judged)}: ${inLanguage(judged.verdict ?? "")}` : "");
     this.#verdict.hidden = !judged;
     if (!isNew(this, run.id, run.rows, run.reports, running)) return;
     this.#body.replaceChildren(...run.rows.map((row, index) => line(run, row, index)));
@@ -107,7 +107,7 @@ const plannedLine = (place) => make("tr.is-empty", ...headOf(place), ...HEADS.sl
 function line(run, row, index) {
   const head = headOf(row);
   if (row.commands === undefined) {
-    const why = row.refused || (run.state === "running" ? "…" : t("quality-result.not_measured"));
+    const why = inLanguage(row.refused) || (run.state === "running" ? "…" : t("quality-result.not_measured"));
     return make("tr.is-empty", ...head, make("td", { colspan: "6" }, why));
   }
   const ratio = row.osqe_r === null || row.osqe_r === undefined ? "–" : row.osqe_r.toFixed(2);
@@ -131,7 +131,7 @@ function line(run, row, index) {
       }),
     ),
     make("td", difference > 0 ? `+${difference}` : signed(difference)),
-    make("td", { title: row.reason }, ratio),
+    make("td", { title: inLanguage(row.reason ?? "") }, ratio),
     make("td", (row.stoi ?? 0).toFixed(2)),
     make(
       "td",

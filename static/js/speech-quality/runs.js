@@ -1,8 +1,8 @@
 // Client model of the speech quality page: all measurements, the selected one, and requests to the server.
 
-import { address } from "../net/api.js";
+import { address, wordedPath } from "../net/api.js";
 import { RunsModel } from "../ui/page-model.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 
 /** @import { QualityRunState as Run } from "../net/rest.js" */
 /** @import { Session } from "../net/session.js" */
@@ -11,7 +11,7 @@ const ROOT = "api/speech-quality";
 const ASK_MS = 700;
 
 /** @param {string} id @param {number} row */
-export const report = (id, row) => address(`${ROOT}/${encodeURIComponent(id)}/report/${row}`).href;
+export const report = (id, row) => address(wordedPath(`${ROOT}/${encodeURIComponent(id)}/report/${row}`)).href;
 
 /** @typedef {{distance_m: number, snr_db: number}} Place */
 
@@ -36,7 +36,7 @@ export class Runs extends RunsModel {
 
   /** @override @param {{runs: Run[], why_not: string}} answer */
   take({ runs, why_not }) {
-    [this.runs, this.whyNot] = [runs, why_not];
+    [this.runs, this.whyNot] = [runs, inLanguage(why_not)];
   }
 
   /** @override @param {Run} run */

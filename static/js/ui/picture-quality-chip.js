@@ -4,7 +4,7 @@
 import { make, mark, write } from "./element.js";
 import { degrees, fixed } from "./format.js";
 import { popover } from "./popover.js";
-import { t } from "./texts.js";
+import { inLanguage, t } from "./texts.js";
 
 /** @import { PictureQualityState as PictureQuality, State, CalibrationDriftState as CalibrationDrift } from "../net/messages.js" */
 
@@ -44,7 +44,7 @@ export class PictureChip {
     if (stale) this.#expire();
     else this.#judge(quality);
     if (this.panel.hidden) return;
-    write(this.#words, quality.words);
+    write(this.#words, inLanguage(quality.words));
     const rows = figures(quality, state?.calibration_drift ?? null).flat();
     while (this.#rows.children.length < rows.length) this.#rows.append(make("dt"), make("dd"));
     while (this.#rows.children.length > rows.length) this.#rows.lastElementChild?.remove();

@@ -1,5 +1,7 @@
 // What the robot has of a person by each sense, from the state message.
 
+import { t } from "./texts.js";
+
 /** @import { Kind } from "../drive/suggest.js" */
 /** @import { State } from "../net/messages.js" */
 /**
@@ -16,6 +18,9 @@ const STANDOFF = 0.5; // [m] from the person at which COME HERE ends
 export const VOICE_S = 60; // [s] after which where a voice came from says little
 const PICTURE_S = 1.5;
 const LOOKS = ["come.look_who_spoke", "come.voice_elsewhere"]; // codes of remarks while the robot looks
+
+/** Parts of a person, in words. @type {Record<string, string>} */
+export const PARTS = { head: t("sensed.head"), torso: t("sensed.torso"), feet: t("sensed.feet") };
 
 /** The voice that was heard last, also when the state no longer has it. */
 export class LastVoice {

@@ -14,8 +14,17 @@ export const language = known(remembered("language", "en"));
 const english = await catalogue("en");
 /** @type {Readonly<Record<string, string>>} */
 const texts = language === "en" ? english : { ...english, ...(await catalogue(language)) };
-/** What the console says in English alone (settings, experiments, advice), and how this language says it. @type {Readonly<Record<string, string>>} */
-const uncoded = language === "en" ? {} : await catalogue(`${language}.console`);
+/** What the console says in English alone (settings, experiments, advice), and how this language says it. @type {Record<string, string>} */
+const uncoded = language === "en" ? {} : { ...(await catalogue(`${language}.console`)) };
+/** The same of errors of files, drivers and services, while it is fetched: once a sentence comes that nothing else has. @type {Promise<unknown> | null} */
+let errors = null;
+let complete = language === "en"; // nothing is left to fetch
+
+const HOLE = /\{(\w+)\}/g;
+const SENTENCE = /^\S+ .*\S .*[.!?…]$/s; // of three words at least
+const CLAUSES = /^(detail|reason|refused|trouble|warnings|why)$/; // keys under which also less than a sentence stands
+const FETCH_MS = 1000; // after which a sentence is shown in English
+const MOST_KEPT = 500; // sentences whose translation is remembered
 
 /**
  * A text of the catalogue, with values in the place of their names in braces.
@@ -84,33 +93,105 @@ const translated = (values) =>
     Object.entries(values).map(([name, value]) => [name, typeof value === "string" ? inLanguage(value) : value]),
   );
 
-/** @type {Array<[RegExp, string]>} English sentences of the console and those of this language, once one was looked for */
-const sentences = [];
+/** A sentence with holes: the longest of its fixed pieces, all of them, and the words of this language. @typedef {{longest: string, pieces: string[], words: string, pattern?: RegExp}} Row */
+
+/** Sentences with holes, those that say most first; null until one is looked for. @type {Row[] | null} */
+let rows = null;
+/** Translations of sentences that came lately. @type {Map<string, string>} */
+const kept = new Map();
 
 /** A sentence of the console that came without its code, in this language if the catalogue has it. @param {string} sentence @returns {string} */
 export function inLanguage(sentence) {
-  const known = language === "en" ? sentence : uncoded[sentence];
-  if (known !== undefined) return known;
-  if (!sentences.length) {
-    const coded = Object.entries(english).filter(([key]) => key.startsWith("console."));
-    const both = [...Object.entries(uncoded), ...coded.map(([key, words]) => [words, texts[key] ?? words])];
-    for (const [pattern = "", words = ""] of both) {
-      const plain = pattern.replace(/[.*+?^$()|[\]\\]/g, "\\$&").replace(/\{(\w+)\}/g, "(?<$1>.+)");
-      if (/\w{3}/.test(pattern.replace(/\{\w+\}/g, "")) && !/<(\w+)>.*<\1>/.test(plain))
-        sentences.push([new RegExp(`^${plain}$`), words]);
-    }
-  }
-  for (const [pattern, words] of sentences) {
-    const found = pattern.exec(sentence);
-    if (found) return filled(words, translated(found.groups ?? {}));
+  if (language === "en") return sentence;
+  const before = kept.get(sentence);
+  if (before !== undefined) return before;
+  const words = lookedUp(sentence) ?? sentence;
+  if (!complete && words === sentence && SENTENCE.test(sentence)) void fetchErrors();
+  if (kept.size >= MOST_KEPT) kept.clear();
+  kept.set(sentence, words);
+  return words;
+}
+
+/**
+ * See that what an answer says can be said in this language. Resolves after a second at most.
+ * @param {unknown} content
+ */
+export const learn = async (content) => {
+  if (!complete && hasUnknown("", content))
+    await Promise.race([fetchErrors(), new Promise((resolve) => setTimeout(resolve, FETCH_MS))]);
+};
+
+/** @param {string} name @param {unknown} value of that name @returns {boolean} */
+function hasUnknown(name, value) {
+  if (typeof value === "string")
+    return (SENTENCE.test(value) || (CLAUSES.test(name) && / .* /.test(value))) && lookedUp(value) === null;
+  if (Array.isArray(value)) return typeof value[0] !== "number" && value.some((one) => hasUnknown(name, one));
+  return Object.entries(value ?? {}).some(([key, one]) => typeof one !== "number" && hasUnknown(key, one));
+}
+
+function fetchErrors() {
+  errors ??= catalogue(`${language}.errors`).then(
+    (more) => {
+      Object.assign(uncoded, more);
+      complete = true;
+      rows = null;
+      kept.clear();
+    },
+    () => (errors = null), // no link; the next sentence asks again
+  );
+  return errors;
+}
+
+/** @param {string} sentence @returns {string | null} */
+function lookedUp(sentence) {
+  rows ??= allRows();
+  if (Object.hasOwn(uncoded, sentence)) return uncoded[sentence] ?? null;
+  for (const row of rows) {
+    if (!sentence.includes(row.longest)) continue;
+    row.pattern ??= patternOf(row.pieces);
+    const found = row.pattern.exec(sentence);
+    if (found) return filled(row.words, translated(found.groups ?? {}));
   }
   const parts = sentence.split(/(?<=[.!?]) (?=\S)/); // sentences that were put together
-  return parts.length > 1 ? parts.map(inLanguage).join(" ") : sentence;
+  if (parts.length === 1) return null;
+  const said = parts.map(lookedUp);
+  return said.some((one) => one !== null) ? said.map((one, n) => one ?? parts[n]).join(" ") : null;
+}
+
+/** @returns {Row[]} */
+function allRows() {
+  const coded = Object.entries(english).filter(([key]) => key.startsWith("console."));
+  const both = [...Object.entries(uncoded), ...coded.map(([key, words]) => [words, texts[key] ?? words])];
+  const found = [];
+  for (const [text = "", words = ""] of both) {
+    const pieces = text.split(HOLE); // fixed, name, fixed …
+    const fixed = pieces.filter((_, n) => n % 2 === 0);
+    const names = pieces.filter((_, n) => n % 2);
+    if (!names.length) uncoded[text] ??= words;
+    if (!names.length || new Set(names).size < names.length || !/\w{3}/.test(fixed.join(" "))) continue;
+    const longest = fixed.reduce((one, other) => (other.length > one.length ? other : one));
+    found.push({ longest, pieces, words, fixed: fixed.join("").length });
+  }
+  return found.sort((one, other) => other.fixed - one.fixed);
+}
+
+/**
+ * Only a hole at either end takes more than one sentence.
+ * @param {string[]} pieces fixed, name, fixed …
+ */
+function patternOf(pieces) {
+  const last = pieces.length - 1;
+  const plain = pieces.map((piece, n) => {
+    if (n % 2 === 0) return piece.replace(/[.*+?^$()|[\]\\{}]/g, "\\$&");
+    const whole = (n === last - 1 && pieces[last] === "") || (n === 1 && /^ [A-Z]/.test(pieces[2] ?? ""));
+    return `(?<${piece}>${whole ? "." : "(?:(?![.!?] [“A-Z])."}${whole ? "+" : ")+"})`;
+  });
+  return new RegExp(`^${plain.join("")}$`, "s");
 }
 
 /** @param {string} pattern @param {Values} [values] */
 const filled = (pattern, values) =>
-  values ? pattern.replace(/\{(\w+)\}/g, (hole, name) => String(values[name] ?? hole)) : pattern;
+  values ? pattern.replace(HOLE, (hole, name) => String(values[name] ?? hole)) : pattern;
 
 /** @param {string} name */
 function known(name) {

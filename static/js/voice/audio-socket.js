@@ -1,7 +1,7 @@
 // WebSocket for speech: sends pieces of sound, receives transcripts.
 
 import { socketAddress } from "../net/api.js";
-import { t, translate } from "../ui/texts.js";
+import { inLanguage, t, translate } from "../ui/texts.js";
 
 /** @import { AllRead, ListeningMessage as Listening, PartialTranscript as Partial } from "../net/messages.js" */
 /** @import { Piece } from "./microphone.js" */
@@ -138,11 +138,11 @@ export class Talk {
     } else if (message.kind === "partial") this.heardSoFar(message.words);
     else if (message.kind === "read") this.wasRead();
     else {
-      this.turned(message.on, message.on ? message.why : "");
+      this.turned(message.on, message.on ? inLanguage(message.why) : "");
       if (!message.on && message.why) {
         this.#speaking = false;
         this.wasRead();
-        this.ended(message.why);
+        this.ended(inLanguage(message.why));
       }
     }
   }
