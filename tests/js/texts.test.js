@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
 import { test } from "node:test";
 import { fileURLToPath } from "node:url";
-import { LANGUAGES, said, t } from "../../static/js/ui/texts.js";
+import { LANGUAGES, said, t, translate } from "../../static/js/ui/texts.js";
 
 const STATIC = fileURLToPath(new URL("../../static/", import.meta.url));
 const DOCUMENTS = ["index.html", "fleet.html"];
@@ -122,4 +122,10 @@ test("errors of files and drivers are fetched when one comes, and looked up in n
   for (let number = 0; number < 50; number += 1)
     inLanguage(`Nobody wrote sentence ${number} of the laser, the map {x}.`);
   assert.ok((performance.now() - began) / 50 < 10, `${(performance.now() - began) / 50} ms a sentence`);
+});
+
+test("a sentence of the console shows numbers below zero with a minus", () => {
+  const row = { remark: "The nearest free place I know is -1.52 and -0.40, by a 9-by-6 board." };
+  translate(row, "remark");
+  assert.equal(row.remark, "The nearest free place I know is −1.52 and −0.40, by a 9-by-6 board.");
 });

@@ -1,6 +1,6 @@
 // HTTP client of the console: user, vocabulary, history, and STOP as a second channel.
 
-import { inLanguage, language, learn, said, t, translate } from "../ui/texts.js";
+import { inLanguage, language, learn, said, t, translate, withMinus } from "../ui/texts.js";
 
 /** @import { Kind } from "../drive/suggest.js" */
 /** @import { ArrayCheck, HistoryRow, PressedFloor, SpokenAnswer as Spoken } from "./rest.js" */
@@ -153,7 +153,7 @@ export async function history() {
 
 /** Words of a command: shown, and used to repeat it. @param {Pick<HistoryRow, "heard_as"> & Partial<HistoryRow>} row */
 export function wordsOf({ heard_as, words, source }) {
-  const said = (heard_as || words || "Speech").replace(/(?<=^|\s)-(?=\d)/g, "−");
+  const said = withMinus(heard_as || words || "Speech");
   return source === "click" ? said.replace(/^stop at /, "go to ") : said; // nobody said “stop”, and the robot sets out
 }
 

@@ -56,9 +56,13 @@ export function said(sentence, code, values) {
  */
 export function translate(message, name) {
   const sentence = message?.[name];
-  if (!message || !sentence || language === "en") return;
-  Object.assign(message, { [name]: said(sentence, message.code, message.values) });
+  if (!message || !sentence) return;
+  const words = language === "en" ? sentence : said(sentence, message.code, message.values);
+  Object.assign(message, { [name]: withMinus(words) });
 }
+
+/** Numbers below zero with the sign that the page has for them. @param {string} words */
+export const withMinus = (words) => words.replace(/(?<=^|\s)-(?=\d)/g, "−");
 
 /** @param {string} chosen the page is loaded again in this language */
 export function chooseLanguage(chosen) {
