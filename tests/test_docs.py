@@ -174,7 +174,7 @@ def test_nothing_tells_to_install_what_an_index_holds_under_the_name_of_the_comm
         if place.is_file()
         else [one for one in place.rglob("*") if one.suffix in (".py", ".md", ".js", ".json")]
     )
-    named = re.compile(r"pip (install|download)[^\n`\"]* '?beckon(\[|'|`|\"|\s|$)")
+    named = re.compile(r"pip (install|download)[^\n`\")]* '?beckon(\[|'|`|\"|\s|$)")
     assert [str(one.relative_to(ROOT)) for one in files if named.search(one.read_text())] == []
 
 

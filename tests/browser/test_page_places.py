@@ -307,14 +307,14 @@ def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: O
     card.get_by_label("Seconds at sofa").fill("25.5")
     expect(card.get_by_label("Rounds from")).to_be_hidden()
     card.get_by_label("Repeat until someone ends it").check()
-    card.get_by_label("Rounds from").fill("00:00")
-    card.get_by_label("until", exact=True).fill("00:00")  # round the clock
+    card.get_by_label("Rounds from").fill("00:01")
+    card.get_by_label("until", exact=True).fill("00:00")  # all but a minute of the day
     card.get_by_label("Minutes from round to round").fill("5")
     shown(here, "route-built")
     card.get_by_role("button", name="Save").click()
     expect(card.locator("li.place")).to_contain_text("desk → sofa, again and again")
     (route,) = console.ask("api/routes")["routes"]
-    assert (route["loop"], route["begins"], route["ends"], route["every_min"]) == (True, "00:00", "00:00", 5.0)
+    assert (route["loop"], route["begins"], route["ends"], route["every_min"]) == (True, "00:01", "00:00", 5.0)
     assert [(one["action"], one["wait_s"], one["text"]) for one in route["stops"]] == [
         ("wait_for_continue", 0.0, ""),
         ("say", 25.5, "Tea is ready"),

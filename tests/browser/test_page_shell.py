@@ -1,7 +1,6 @@
 """One shell: pages change without loading, STOP and link stay, map and camera are docked; settings, experiments."""
 
 import re
-import time
 from collections.abc import Callable
 
 import pytest
@@ -9,11 +8,11 @@ from playwright.sync_api import Route, expect
 
 from tests.browser.running_console import Running
 from tests.browser.visit import DESK, PATIENCE, PHONE, Profiles, Visit
+from tests.machine import slowness
 
 Open = Callable[..., Visit]
 PAGES = ("Calibrate", "Hearing", "People", "Maps", "Recordings", "Experiments", "Connect", "Help")
 DOCKED = ("Hearing", "People", "Maps")
-USUAL_SUM_S = 0.05  # of 3 million numbers, on a computer that is not slow
 DOCK = 220  # [px] of the map and of the camera, at least
 
 
@@ -86,10 +85,8 @@ def test_a_picture_of_the_turning_robot_costs_the_page_less_than_a_twentieth_of_
     })""")
     each = (spent() - before) / pictures
     here.button("STOP").click()
-    began = time.process_time()
-    sum(range(3_000_000))
-    slowness = max((time.process_time() - began) / USUAL_SUM_S, 1.0)
-    assert each < 0.05 * slowness, f"{each:.3f} s for each of {pictures}, {slowness:.1f} times as slow as usual"
+    slow = slowness()
+    assert each < 0.05 * slow, f"{each:.3f} s for each of {pictures}, {slow:.1f} times as slow as usual"
 
 
 def test_a_press_in_the_rail_shows_at_once_while_its_page_comes(visit: Open) -> None:

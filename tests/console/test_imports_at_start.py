@@ -4,6 +4,8 @@ import os
 import subprocess
 import sys
 
+from tests.machine import slowness
+
 SCIPY_PARTS = ("scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.sparse", "scipy.spatial", "scipy.stats")
 LATE_MODULES = (
     *SCIPY_PARTS,
@@ -16,7 +18,7 @@ LATE_MODULES = (
     "zenoh",
 )
 MOST_MODULES = 1500  # 1,430; 1,854 before scipy came late
-MOST_SECONDS = 3.0  # of processor time; 1.0 on the machine on which it was measured, which was busy
+MOST_SECONDS = 2.0  # of processor time on a usual computer; it took 1.2
 
 
 def loaded(module: str) -> tuple[set[str], float]:
@@ -32,7 +34,7 @@ def test_the_console_loads_nothing_before_its_address_that_can_come_later() -> N
     modules, seconds = loaded("console.serve, console.app, console.assembly")
     assert "fastapi" in modules and "numpy" in modules
     assert not modules & set(LATE_MODULES)
-    assert len(modules) < MOST_MODULES and seconds < MOST_SECONDS
+    assert len(modules) < MOST_MODULES and seconds < MOST_SECONDS * slowness()
 
 
 def test_the_robot_is_begun_to_be_opened_before_the_web_stack_is_loaded() -> None:
