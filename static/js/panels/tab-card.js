@@ -9,6 +9,7 @@ import { t } from "../ui/texts.js";
 export class TabCard extends Panel {
   /** @type {Map<string, Tab>} */
   #tabs = new Map();
+  #list = make("div.tabs", { role: "tablist", "aria-label": t("tab-card.details") });
   #open = "";
 
   /** @override */
@@ -18,10 +19,9 @@ export class TabCard extends Panel {
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", t("tab-card.details"));
     for (const panel of panels) this.#add(panel);
-    const list = make("div.tabs", { role: "tablist", "aria-label": t("tab-card.details") });
-    list.append(...[...this.#tabs.values()].map(({ tab }) => tab));
-    list.addEventListener("keydown", (event) => this.#move(event));
-    this.prepend(list);
+    this.#list.append(...[...this.#tabs.values()].map(({ tab }) => tab));
+    this.#list.addEventListener("keydown", (event) => this.#move(event));
+    this.prepend(this.#list);
     addEventListener("open-view", (event) => this.open(/** @type {CustomEvent<string>} */ (event).detail));
     this.open(panels[0]?.dataset["tab"] ?? "");
   }
@@ -52,7 +52,10 @@ export class TabCard extends Panel {
       mark(tab, "aria-selected", String(each === name));
       tab.tabIndex = each === name ? 0 : -1;
     }
-    this.#tabs.get(name)?.tab.scrollIntoView({ block: "nearest", inline: "nearest" });
+    const { left, right } = this.#list.getBoundingClientRect();
+    const tab = this.#tabs.get(name)?.tab.getBoundingClientRect();
+    // not by scrollIntoView: in Chromium 150 the Tab key would go on from there, and not from the page's beginning
+    if (tab) this.#list.scrollLeft += Math.min(tab.left - left, 0) + Math.max(tab.right - right, 0);
   }
 
   /** @param {HTMLElement} panel */
