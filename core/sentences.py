@@ -18,6 +18,8 @@ HOLE = re.compile(r"\{(\w+)\}")
 AFTER_SENTENCE = re.compile(r" [A-Z]")  # what a hole at the begin of a sentence holds is one itself
 WITHIN = r"(?:(?![.!?] [“A-Z]).)+"  # what stands in a hole of a sentence
 SENTENCE_END = re.compile(r"(?<=[.!?]) (?=\S)")  # between sentences that were put together
+COUNTED = re.compile(r"\d+ (?:×|because) ")  # begins reasons
+REASON_END = re.compile(r"; (?=\d)")
 
 
 class SentenceCode(NamedTuple):
@@ -110,6 +112,8 @@ class PageTexts:
             return self._filled(self._texts[KEY + code], values or {})
         if (words := self._uncoded.get(sentence)) is not None or self.language == ENGLISH:
             return words or sentence
+        if COUNTED.match(sentence) and len(reasons := REASON_END.split(sentence)) > 1:
+            return "; ".join(map(self.said, reasons))
         for row in _rows(self.language):
             if row.longest in sentence and (found := row.pattern().fullmatch(sentence)):
                 return self._filled(row.words, found.groupdict())
@@ -164,7 +168,7 @@ def _rows(language: Language) -> list[_SentencePattern]:
     for text, words in _sentences(language).items():
         pieces = tuple(HOLE.split(text))
         fixed, names = pieces[::2], pieces[1::2]
-        if names and len(set(names)) == len(names) and re.search(r"\w{3}", " ".join(fixed)):
+        if names and len(set(names)) == len(names) and re.search(r"\w{2}|×", " ".join(fixed)):
             found.append((-len("".join(fixed)), _SentencePattern(max(fixed, key=len), pieces, words)))
     return [row for _, row in sorted(found, key=operator.itemgetter(0))]
 

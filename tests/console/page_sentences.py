@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 HOLE = re.compile(r"\{\w*\}")
 NAMED_HOLE = re.compile(r"\{(\w+)\}")
 SENTENCE = re.compile(r"[“A-Z{].* .* .*[.!?…]", re.DOTALL)
-WORDS = re.compile(r"[a-z]{2,}.* .*[a-z]{2,}|\w{3,}.*[.…!?]$")  # more than the name of something
+WORDS = re.compile(r"[A-Za-z]{2,}.* .*[a-z]{2,}|\w{3,}.*[.…!?]$")  # more than the name of something
 
 BEGINS = ("console.assembly", "console.app", "console.serve", "console.fleet_server.serve")
 BY_NAME = ("console.api.", "core.experiments.", "core.speech.")  # whose modules are imported by names put together
@@ -96,6 +96,15 @@ UNSAID_NAMES = (
     "self",
     "x",
 )  # of no use as the name of a hole
+CLAUSES = (
+    "BadRecord",
+    "BadReply",
+    "BadLine",
+    "HeadMismatch",
+    "LostStep",
+    "drop",
+    "skip",
+)  # calls that say part of a sentence
 MAX_WAYS = 12  # in which one expression is put together
 
 
@@ -188,7 +197,7 @@ class Module:
                     yield from itertools.islice(self._ways(one), MAX_WAYS)
 
     def _ways(self, node: ast.expr) -> Iterator[str]:
-        match node:
+        match stripped(node):
             case ast.Constant(value=str(text)):
                 yield " ".join(text.split()) if len(text) > 1 else text
             case ast.JoinedStr(values=parts):
@@ -239,6 +248,15 @@ def name_called(node: ast.Call) -> str:
     return str(getattr(node.func, "id", getattr(node.func, "attr", "")))
 
 
+def stripped(node: ast.expr) -> ast.expr:
+    """What `strip` is called of, else the node itself."""
+    match node:
+        case ast.Call(func=ast.Attribute(value=value, attr="strip")):
+            return value
+        case _:
+            return node
+
+
 def hole(node: ast.expr) -> str:
     """A name for what an expression puts in."""
     parts = (one for one in ast.walk(node) if isinstance(one, ast.Name | ast.Attribute))
@@ -266,7 +284,7 @@ def sentences() -> dict[str, str]:
     """Every sentence that a page may show without a code, and where it is said first."""
     modules = reached()
     kinds = [kind for module in modules.values() for kind in module.kinds]
-    errors = {"BeckonError", "Problem"}
+    errors = {"BeckonError", "Problem", *CLAUSES}
     while more := {one.name for one in kinds if errors & {getattr(base, "id", "") for base in one.bases}} - errors:
         errors |= more
     found: dict[str, str] = {}
@@ -295,7 +313,9 @@ def name_of(path: Path) -> str:
 def translated() -> set[str]:
     """Every sentence that has a code or a German row, its holes alike."""
     german = {**read("de.console"), **read("de.errors")}
-    return {plain(text) for text in (*german, *(text for key, text in catalogue().items() if key.startswith(KEY)))}
+    return {
+        plain(text).strip() for text in (*german, *(text for key, text in catalogue().items() if key.startswith(KEY)))
+    }
 
 
 def read(name: str) -> dict[str, str]:

@@ -22,7 +22,9 @@ from tests.console.page_sentences import ROOT, plain, read, sentences, translate
 
 RARE = read("de.errors")
 GERMAN = {**read("de.console"), **RARE}
-PUT_TOGETHER = re.compile(r"fill the |A corner is too close to the |the corner in row|.*'s field|.*, worst average")
+PUT_TOGETHER = re.compile(
+    r"fill the |A corner is too close to the |the corner in row|it only points |.*'s field|.*, worst average"
+)
 SYSTEM = re.compile(  # rows for what Python's libraries say of files, networks and forms
     "|".join(
         [
@@ -36,7 +38,7 @@ SYSTEM = re.compile(  # rows for what Python's libraries say of files, networks 
 UNTRANSLATED = {
     r"console\.api: .*": "stands in the description of the interface",
     r"core\.sentences: .*|.* SELECT .*": "is no sentence",
-    r"\S+ (audio|camera)://.*|core\.recording: \.mcap.*": "holds names alone",
+    r"\S+ (audio|camera)://.*": "holds names alone",
     r"\S+ (MIT|Apache-2\.0): .*": "names a licence and its holder",
     r".*(Here I am, here\.|Continue 1\..*)": "is spoken, or given to a recognizer, in the language of commands",
     r"core\.experiments\.speech_quality: Hand-marked.*": "stands in the text of a result, which is the chapter's",
@@ -88,6 +90,10 @@ def test_a_hole_does_not_reach_over_the_end_of_a_sentence() -> None:
     assert texts.said("The note could not be saved: No space left on device. The disk may be failing; check it.") == (
         "Die Notiz ließ sich nicht sichern: kein Platz mehr auf dem Datenträger. "
         "Der Datenträger geht vielleicht kaputt; prüfen Sie ihn."
+    )
+    reasons = "2 × it is damaged (first at byte 8); 1 × it is too long"
+    assert texts.said(f"What could not be read: {reasons}.") == (
+        "Nicht zu lesen war: 2 × sie ist beschädigt (zuerst bei Byte 8); 1 × es ist zu lang."
     )
 
 

@@ -208,7 +208,9 @@ class CalibrationHome extends WizardStep {
     const imported = await this.model.tried(async () => api.bring(await file.text()));
     if (imported !== null)
       this.session.announce(
-        t("calibration-home.the_value_in_the_file_is", { value: imported.kind === "laser" ? "mount" : "camera" }),
+        t("calibration-home.the_value_in_the_file_is", {
+          value: imported.kind === "laser" ? t("calibration-home.mount") : t("calibration-home.a_camera"),
+        }),
       );
     await this.model.readLists();
   }

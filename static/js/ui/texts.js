@@ -150,16 +150,21 @@ function fetchErrors() {
 function lookedUp(sentence) {
   rows ??= allRows();
   if (Object.hasOwn(uncoded, sentence)) return uncoded[sentence] ?? null;
+  const counted = /^\d+ (?:×|because) /.test(sentence) ? together(sentence.split(/; (?=\d)/), "; ") : null; // reasons
+  if (counted !== null) return counted;
   for (const row of rows) {
     if (!sentence.includes(row.longest)) continue;
     row.pattern ??= patternOf(row.pieces);
     const found = row.pattern.exec(sentence);
     if (found) return filled(row.words, translated(found.groups ?? {}));
   }
-  const parts = sentence.split(/(?<=[.!?]) (?=\S)/); // sentences that were put together
-  if (parts.length === 1) return null;
-  const said = parts.map(lookedUp);
-  return said.some((one) => one !== null) ? said.map((one, n) => one ?? parts[n]).join(" ") : null;
+  return together(sentence.split(/(?<=[.!?]) (?=\S)/), " "); // sentences that were put together
+}
+
+/** @param {string[]} parts @param {string} mark between them @returns {string | null} */
+function together(parts, mark) {
+  const said = parts.length > 1 ? parts.map(lookedUp) : [];
+  return said.some((one) => one !== null) ? said.map((one, n) => one ?? parts[n]).join(mark) : null;
 }
 
 /** @returns {Row[]} */
@@ -172,7 +177,7 @@ function allRows() {
     const fixed = pieces.filter((_, n) => n % 2 === 0);
     const names = pieces.filter((_, n) => n % 2);
     if (!names.length) uncoded[text] ??= words;
-    if (!names.length || new Set(names).size < names.length || !/\w{3}/.test(fixed.join(" "))) continue;
+    if (!names.length || new Set(names).size < names.length || !/\w{2}|×/.test(fixed.join(" "))) continue;
     const longest = fixed.reduce((one, other) => (other.length > one.length ? other : one));
     found.push({ longest, pieces, words, fixed: fixed.join("").length });
   }
