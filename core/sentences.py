@@ -16,7 +16,8 @@ Language = Literal["en", "de"]  # of the page
 ENGLISH: Final = "en"
 HOLE = re.compile(r"\{(\w+)\}")
 AFTER_SENTENCE = re.compile(r" [A-Z]")  # what a hole at the begin of a sentence holds is one itself
-WITHIN = r"(?:(?![.!?] [“A-Z]).)+"  # what stands in a hole of a sentence
+WITHIN = r"(?:(?![.!?] [“A-Z]).)"  # a letter in a hole of a sentence
+INTRODUCED = r"(?:(?![.!?] [“A-Z]|: ).)"  # … at its begin: what introduces a sentence is no part of it
 SENTENCE_END = re.compile(r"(?<=[.!?]) (?=\S)")  # between sentences that were put together
 COUNTED = re.compile(r"\d+ (?:×|because) ")  # begins reasons
 REASON_END = re.compile(r"; (?=\d)")
@@ -147,18 +148,22 @@ class _SentencePattern(NamedTuple):
 
 @cache
 def _compiled(pieces: tuple[str, ...]) -> re.Pattern[str]:
-    """Fixed pieces and names → its expression; only a hole at either end takes more than one sentence."""
-    holes = [
-        ".+"
-        if (after == "" and number == len(pieces) // 2 - 1) or (number == 0 and AFTER_SENTENCE.match(after))
-        else WITHIN
-        for number, after in enumerate(pieces[2::2])
-    ]
-    named = (
-        f"(?P<{name}>{hole}){re.escape(after)}"
-        for name, hole, after in zip(pieces[1::2], holes, pieces[2::2], strict=True)
-    )
-    return re.compile(re.escape(pieces[0]) + "".join(named), re.DOTALL)
+    """Fixed pieces and names → its expression.
+
+    Only a hole at either end takes more than one sentence; one in quotation marks ends with them.
+    """
+    words = re.escape(pieces[0])
+    for number, name in enumerate(pieces[1::2]):
+        before, after = pieces[2 * number], pieces[2 * number + 2]
+        begins = number == 0 and before == ""
+        if before.endswith("“"):
+            hole = "[^“”]"
+        elif (after == "" and number == len(pieces) // 2 - 1) or (begins and AFTER_SENTENCE.match(after)):
+            hole = "."
+        else:
+            hole = INTRODUCED if begins else WITHIN
+        words += f"(?P<{name}>{hole}+){re.escape(after)}"
+    return re.compile(words, re.DOTALL)
 
 
 @cache

@@ -91,6 +91,9 @@ def test_a_hole_does_not_reach_over_the_end_of_a_sentence() -> None:
         "Die Notiz ließ sich nicht sichern: kein Platz mehr auf dem Datenträger. "
         "Der Datenträger geht vielleicht kaputt; prüfen Sie ihn."
     )
+    carried = texts.said("“stop at 9 and 1” was not carried out: “stop at x and y” takes x from -20 to 20 metres.")
+    assert carried.startswith("„stop at 9 and 1“ wurde nicht ausgeführt: „stop at x and y“ nimmt")
+    assert texts.said("It had not begun: x.toml is empty.") == "Er hatte nicht begonnen: x.toml ist leer."
     reasons = "2 × it is damaged (first at byte 8); 1 × it is too long"
     assert texts.said(f"What could not be read: {reasons}.") == (
         "Nicht zu lesen war: 2 × sie ist beschädigt (zuerst bei Byte 8); 1 × es ist zu lang."

@@ -52,7 +52,7 @@ export class ExperimentRuns extends RunsModel {
 
   /** @override @param {ExperimentRun} run */
   endOf({ title, state, reason }) {
-    return `${title}: ${state}. ${reason}`;
+    return `${title}: ${t(`state.${state}`)}. ${reason}`;
   }
 
   /** @returns {Experiment[]} */

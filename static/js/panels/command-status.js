@@ -198,7 +198,7 @@ class CommandStatus extends Panel {
   /** @param {HistoryRow[]} rows newest first */
   #ended(rows) {
     for (const row of this.#log.ended(rows, this.session.historyAt, performance.now()))
-      this.session.announce(`${wordsOf(row)}: ${row.state}. ${row.remark}`);
+      this.session.announce(`${wordsOf(row)}: ${t(`state.${row.state}`)}. ${row.remark}`);
   }
 
   /** Whether other suggestions are to be drawn. @param {string} key of what is suggested; "": nothing */

@@ -185,15 +185,16 @@ function allRows() {
 }
 
 /**
- * Only a hole at either end takes more than one sentence.
+ * Only a hole at either end takes more than one sentence; one in quotation marks ends with them.
  * @param {string[]} pieces fixed, name, fixed …
  */
 function patternOf(pieces) {
-  const last = pieces.length - 1;
   const plain = pieces.map((piece, n) => {
     if (n % 2 === 0) return piece.replace(/[.*+?^$()|[\]\\{}]/g, "\\$&");
-    const whole = (n === last - 1 && pieces[last] === "") || (n === 1 && /^ [A-Z]/.test(pieces[2] ?? ""));
-    return `(?<${piece}>${whole ? "." : "(?:(?![.!?] [“A-Z])."}${whole ? "+" : ")+"})`;
+    const [before = "", after = ""] = [pieces[n - 1], pieces[n + 1]];
+    const ends = (n === pieces.length - 2 && after === "") || (n === 1 && before === "" && /^ [A-Z]/.test(after));
+    const first = n === 1 && before === "" ? "|: " : ""; // what introduces a sentence is no part of it
+    return `(?<${piece}>${before.endsWith("“") ? "[^“”]" : ends ? "." : `(?:(?![.!?] [“A-Z]${first}).)`}+)`;
   });
   return new RegExp(`^${plain.join("")}$`, "s");
 }
