@@ -19,6 +19,8 @@ AFTER_SENTENCE = re.compile(r" [A-Z]")  # what a hole at the begin of a sentence
 WITHIN = r"(?:(?![.!?] [“A-Z]).)"  # a letter in a hole of a sentence
 INTRODUCED = r"(?:(?![.!?] [“A-Z]|: ).)"  # … at its begin: what introduces a sentence is no part of it
 SENTENCE_END = re.compile(r"(?<=[.!?]) (?=\S)")  # between sentences that were put together
+ABOUT = re.compile(r"(\S+: )(.+)", re.DOTALL)  # a sentence about something that it begins with
+CLAUSE = re.compile(r"[A-Z].*\.", re.DOTALL)  # written as a sentence
 COUNTED = re.compile(r"\d+ (?:×|because) ")  # begins reasons
 REASON_END = re.compile(r"; (?=\d)")
 
@@ -118,8 +120,15 @@ class PageTexts:
         for row in _rows(self.language):
             if row.longest in sentence and (found := row.pattern().fullmatch(sentence)):
                 return self._filled(row.words, found.groupdict())
-        parts = SENTENCE_END.split(sentence)
-        return sentence if len(parts) == 1 else " ".join(map(self.said, parts))
+        if len(parts := SENTENCE_END.split(sentence)) > 1:
+            return " ".join(map(self.said, parts))
+        if about := ABOUT.fullmatch(sentence):
+            return about[1] + self.said(about[2])
+        if not CLAUSE.fullmatch(sentence):
+            return sentence
+        clause = f"{sentence[0].lower()}{sentence[1:-1]}"
+        words = self.said(clause)
+        return sentence if words == clause else f"{words[0].upper()}{words[1:]}."
 
     def _filled(self, words: str, values: dict[str, str]) -> str:
         return HOLE.sub(lambda hole: self.said(values[hole[1]]), words)

@@ -179,6 +179,21 @@ def test_help_has_german_contents_and_says_that_an_article_is_in_english(visit: 
     expect(beside).to_be_visible()
 
 
+def test_a_german_page_says_an_error_in_german_and_fetches_the_words_for_it_first_then(visit: Open) -> None:
+    here = visit(
+        at="connect", before=lambda page: page.add_init_script("localStorage.setItem('beckon.language', 'de')")
+    )
+    fetched = "performance.getEntriesByType('resource').filter(({ name }) => name.includes('de.errors')).length"
+    url = here.page.get_by_label("URL eines Roboters")
+    expect(url).to_be_enabled()
+    assert here.page.evaluate(fetched) == 0
+    url.fill("foxglove://127.0.0.1:9")
+    here.button("Nachsehen").click()
+    refused = "Keine foxglove bridge an 127.0.0.1:9: Verbindung abgewiesen. Starten Sie sie auf dem Roboter:"
+    expect(here.find(".connect-status")).to_contain_text(refused)
+    assert here.page.evaluate(fetched) == 1
+
+
 def test_a_setting_is_changed_refused_and_taken_back(visit: Open, console: Running) -> None:
     here = visit()
     here.button("Settings").click()

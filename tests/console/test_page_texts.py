@@ -31,7 +31,10 @@ SYSTEM = re.compile(  # rows for what Python's libraries say of files, networks 
             *(re.escape(os.strerror(code)) for code in errno.errorcode),
             "timed out|Name or service not known|Temporary failure in name .*|No address associated .*",
             ".*[Ee]xpected `.*|.*[Oo]bject (missing required|contains unknown) field .*|invalid enum value .*",
-            ".*, the top of the file",
+            ".*, the top of the file|mismatched tag|not well-formed .*|no element found|syntax error",
+            "undefined entity|junk after .*|.*line {line},? column {column}.*|.* \\(at end of document\\)",
+            "Expecting .*|Extra data|Invalid .*",
+            "Unterminated string.*|Unclosed array|Cannot (overwrite|declare) .*|Expected .*|Illegal .*",
         ]
     )
 )
@@ -94,6 +97,7 @@ def test_a_hole_does_not_reach_over_the_end_of_a_sentence() -> None:
     carried = texts.said("“stop at 9 and 1” was not carried out: “stop at x and y” takes x from -20 to 20 metres.")
     assert carried.startswith("„stop at 9 and 1“ wurde nicht ausgeführt: „stop at x and y“ nimmt")
     assert texts.said("It had not begun: x.toml is empty.") == "Er hatte nicht begonnen: x.toml ist leer."
+    assert texts.said("cut.png: The file is cut off.") == "cut.png: Die Datei ist abgeschnitten."
     reasons = "2 × it is damaged (first at byte 8); 1 × it is too long"
     assert texts.said(f"What could not be read: {reasons}.") == (
         "Nicht zu lesen war: 2 × sie ist beschädigt (zuerst bei Byte 8); 1 × es ist zu lang."

@@ -89,7 +89,7 @@ export class UploadsCard extends HTMLElement {
           make(
             "span",
             make("span.attempt-name", { title: names.join(", ") }, namesIn(names)),
-            kind === "counted" ? null : make("span.note", words),
+            kind === "counted" ? null : make("span.note", inLanguage(words)),
           ),
         ),
       ),

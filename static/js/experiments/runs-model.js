@@ -3,7 +3,7 @@
 import { address } from "../net/api.js";
 import { fixed } from "../ui/format.js";
 import { RunsModel } from "../ui/page-model.js";
-import { t, translate } from "../ui/texts.js";
+import { inLanguage, t, translate } from "../ui/texts.js";
 
 /** @import { ExperimentEntry as Experiment, ExperimentRunState as ExperimentRun } from "../net/rest.js" */
 /** @import { Session } from "../net/session.js" */
@@ -105,7 +105,7 @@ export function inWords(seconds) {
 export function doingOf(doing) {
   if (doing === "Starting…") return t("status.starting");
   const [, done, all, left] = /^(\d+) of (\d+) runs, .*, (.+) to go$/.exec(doing) ?? [];
-  if (!done) return doing;
+  if (!done) return inLanguage(doing);
   return t(done === all ? "runs-model.done_of_all" : "runs-model.done_of_all_left_to_go", { done, all, left });
 }
 

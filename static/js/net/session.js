@@ -80,6 +80,8 @@ export class Session {
   #events = new EventTarget();
   #asking = new Asking();
   #revision = -1;
+  /** @type {object | null} newest message of a calibration */
+  #calibration = null;
   #sought = 0; // place in a recording that was sought last, 0..1
   #soughtAt = -Infinity; // [ms]
   /** @type {number | null} place [s] that a finger is at, and that is not yet shown */
@@ -331,7 +333,9 @@ export class Session {
       this.tell("hello", message);
       void this.#fetchKinds();
     } else if (message.kind === "calibration") {
-      this.tell("calibration", /** @type {Calibration} */ (message.session));
+      this.#calibration = message;
+      await learn(message.session);
+      if (this.#calibration === message) this.tell("calibration", /** @type {Calibration} */ (message.session));
     } else {
       this.state = message;
       for (const notice of message.notices) translate(notice, "text");

@@ -152,7 +152,7 @@ class QualityList extends RunList {
   words({ setup, who, at_s, summary, reason, doing, state }) {
     const about = { join: setup.distances_m.join(", "), phrases: setup.phrases, who, since: since(at_s) };
     return {
-      name: summary || reason || doing || state,
+      name: inLanguage(summary || reason || doing) || t(`state.${state}`),
       note: t("quality-list.join_m_phrases_phrases_who_since", about),
       away: t("quality-list.delete_this_measurement"),
     };

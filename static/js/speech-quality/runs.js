@@ -41,6 +41,6 @@ export class Runs extends RunsModel {
 
   /** @override @param {Run} run */
   endOf({ summary, reason }) {
-    return t("runs.measured_summary", { summary: summary || reason });
+    return t("runs.measured_summary", { summary: inLanguage(summary || reason) });
   }
 }

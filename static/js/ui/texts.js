@@ -158,13 +158,25 @@ function lookedUp(sentence) {
     const found = row.pattern.exec(sentence);
     if (found) return filled(row.words, translated(found.groups ?? {}));
   }
-  return together(sentence.split(/(?<=[.!?]) (?=\S)/), " "); // sentences that were put together
+  return together(sentence.split(/(?<=[.!?]) (?=\S)/), " ") ?? ofParts(sentence);
 }
 
 /** @param {string[]} parts @param {string} mark between them @returns {string | null} */
 function together(parts, mark) {
   const said = parts.length > 1 ? parts.map(lookedUp) : [];
   return said.some((one) => one !== null) ? said.map((one, n) => one ?? parts[n]).join(mark) : null;
+}
+
+/** A sentence that is put together: "walk.log: Why not.", or "Why not." where "why not" is known. @param {string} sentence @returns {string | null} */
+function ofParts(sentence) {
+  const [, about = "", what = ""] = /^(\S+: )(.+)$/s.exec(sentence) ?? [];
+  if (what) {
+    const words = lookedUp(what);
+    return words === null ? null : about + words;
+  }
+  const [, first = "", rest = ""] = /^([A-Z])(.*)\.$/s.exec(sentence) ?? [];
+  const words = first && lookedUp(first.toLowerCase() + rest);
+  return words ? `${words.charAt(0).toUpperCase()}${words.slice(1)}.` : null;
 }
 
 /** @returns {Row[]} */
