@@ -63,7 +63,7 @@ class ActiveCommandStatus:
     name: str  # "turn_left"
     numbers: dict[str, float]  # {"distance_m": 1.5}
     heard_as: str  # the words that were understood
-    source: str  # "typed" | "chip" | "click" | "rest" | …
+    source: str  # "typed" | "chip" | "click" | "camera" | "rest" | …
     who: str
     stamp: float  # [s] when it was accepted, robot clock
     state: Ending = "running"

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 import msgspec
 
 Struct = msgspec.Struct
-Source = Literal["typed", "chip", "click"]
+Source = Literal["typed", "chip", "click", "camera"]
 PlaybackAction = Literal["play", "pause", "seek", "speed", "way"]
 PlaybackWay = Literal["recorded", "computed"]
 Short = Annotated[str, msgspec.Meta(max_length=2000)]

@@ -281,7 +281,7 @@ def test_a_press_on_the_floor_of_the_large_picture_sends_the_robot_there(visit: 
     assert 0.5 < floor["distance_m"] < 2
     here.page.mouse.click(*on_page(here, 160, 185))
     here.until(lambda: here.console.newest()["id"] > newest, "the command is there")
-    assert here.console.newest()["source"] == "click"
+    assert here.console.newest()["source"] == "camera"
     assert goal_of_newest(here) == pytest.approx((floor["x_m"], floor["y_m"]), abs=0.03)
     here.until(lambda: here.page.evaluate(MAGENTA) > 100, "its way is drawn on the floor")
     camera = here.console.ask("api/state")["camera"]
@@ -289,6 +289,7 @@ def test_a_press_on_the_floor_of_the_large_picture_sends_the_robot_there(visit: 
     here.button("Way").click()
     here.until(lambda: here.page.evaluate(MAGENTA) == 0, "the way can be left out")
     here.button("Way").click()
+    expect(here.find("history-list .record-meta").first).to_contain_text("camera’s picture")
     here.say("stop moving")
     here.still()
     here.until(lambda: "way" not in here.console.ask("api/state")["camera"], "nothing is planned any more")
@@ -311,7 +312,7 @@ def test_the_floor_of_the_picture_is_pressed_by_keys_too(visit: Open) -> None:
     assert here.console.speed() == 0, "the arrows move the point, not the robot"
     here.page.keyboard.press("Enter")
     here.until(lambda: here.console.newest()["id"] > newest, "the command is there")
-    assert here.console.newest()["source"] == "click"
+    assert here.console.newest()["source"] == "camera"
     here.page.keyboard.press("Escape")
     here.still()
 
@@ -325,7 +326,7 @@ def test_a_finger_presses_the_floor_of_a_phones_picture(visit: Open) -> None:
     here.until(lambda: not here.find("notice-toasts .toast").count(), "no notice lies over it")
     here.page.touchscreen.tap(*on_page(here, 160, 180))
     here.until(lambda: here.console.newest()["id"] > newest, "the command is there")
-    assert here.console.newest()["source"] == "click"
+    assert here.console.newest()["source"] == "camera"
     here.find(".stop").tap()
     here.still()
 

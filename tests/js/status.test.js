@@ -310,6 +310,7 @@ test("a stop of a route that was reached is not told while the robot drives to t
 test("a press on the floor goes there: “stop” was said by nobody", () => {
   const row = { heard_as: "stop at 2.88 and -0.25", words: "stop at 2.88 and -0.25" };
   assert.equal(wordsOf({ ...row, source: "click" }), "go to 2.88 and −0.25");
+  assert.equal(wordsOf({ ...row, source: "camera" }), "go to 2.88 and −0.25");
   assert.equal(wordsOf({ ...row, source: "typed" }), "stop at 2.88 and −0.25");
   assert.equal(wordsOf({ heard_as: "stop moving", source: "click" }), "stop moving");
 });

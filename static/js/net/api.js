@@ -154,7 +154,7 @@ export async function history() {
 /** Words of a command: shown, and used to repeat it. @param {Pick<HistoryRow, "heard_as"> & Partial<HistoryRow>} row */
 export function wordsOf({ heard_as, words, source }) {
   const said = withMinus(heard_as || words || "Speech");
-  return source === "click" ? said.replace(/^stop at /, "go to ") : said; // nobody said “stop”, and the robot sets out
+  return source === "click" || source === "camera" ? said.replace(/^stop at /, "go to ") : said; // nobody said “stop”, and the robot sets out
 }
 
 /** Which engine reads words, and the model with which people are understood better. */

@@ -64,7 +64,7 @@ export interface Rest {
 export interface SayMessage {
   kind: "command";
   text: string;
-  source: "typed" | "chip" | "click";
+  source: "typed" | "chip" | "click" | "camera";
   ref: number;
   seen?: number;
 }

@@ -12,7 +12,7 @@ import { Asking, Link } from "./link.js";
 /** @import { LinkHealth } from "./link.js" */
 /** @import { AnswerMessage as Answer, HelloMessage as Hello, PlaybackMessage, State } from "./messages.js" */
 /** @import { HistoryRow } from "./rest.js" */
-/** @typedef {{text: string, answer: Answer, source: "typed" | "chip" | "click", at: number}} Said `at`: sent [ms] */
+/** @typedef {{text: string, answer: Answer, source: import("./messages.js").SayMessage["source"], at: number}} Said `at`: sent [ms] */
 /** @typedef {{seq: number, stamp: number, jpeg: Uint8Array<ArrayBuffer>}} Picture */
 /** @typedef {Partial<Omit<PlaybackMessage, "kind" | "ref">> & {action: "play" | "pause" | "seek" | "speed" | "way"}} PlaybackOrder */
 /** @typedef {{to: string | null}} LostControl control of this page went to another operator, or to nobody (null) */
@@ -146,7 +146,7 @@ export class Session {
     return this.state?.seq ?? 0;
   }
 
-  /** Send a command in words. @param {string} text @param {"typed" | "chip" | "click"} source */
+  /** Send a command in words. @param {string} text @param {Said["source"]} source */
   async say(text, source) {
     const at = performance.now();
     const answer = await this.#asking.ask((ref) =>

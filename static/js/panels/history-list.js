@@ -22,6 +22,7 @@ const SOURCES = {
   typed: t("history-list.typed"),
   chip: t("history-list.button"),
   click: t("history-list.map"),
+  camera: t("history-list.camera_s_picture"),
   voice: t("history-list.voice"),
   ears: t("history-list.the_robot_s_ears"),
   route: t("history-list.route"),

@@ -116,7 +116,7 @@ export class PictureFloor {
     await this.#panel.session.attempt(async () => {
       const { x_m: x, y_m: y, why } = await this.#ask(at);
       if (x === null || y === null) this.#panel.session.complain(why);
-      else goTo(this.#canvas, this.#panel.session, { x, y });
+      else goTo(this.#canvas, this.#panel.session, { x, y }, null, "camera");
     });
   }
 

@@ -51,7 +51,7 @@ START_S = 2.0  # that a console takes at least
 GATE_TICKS = 3  # in one of the console's
 ALL_PERSONS = (Person("a", "Ann"), Person("b", "Bob", "admin"), Person("f", "Fleet"), Person("v", "Vera", "viewer"))
 ANN, BOB, _, VERA = ALL_PERSONS
-COMMAND_SOURCES = ("typed", "chip", "click", "rest", "fleet", "voice", "ears", "file")
+COMMAND_SOURCES = ("typed", "chip", "click", "camera", "rest", "fleet", "voice", "ears", "file")
 NAMED_PLACES = (NamedPlace(name="Kitchen", x_m=1.0, y_m=2.0), NamedPlace(name="Hall", x_m=3.0, y_m=0.0))
 LOOP_ROUTE = RouteMark("Rounds", (RouteStop("Kitchen"), RouteStop("Hall", 0.5), RouteStop("Kitchen")), loop=True)
 TOUR_ROUTE = RouteMark("Tour", (RouteStop("Hall", 0.0, "wait_for_continue"), RouteStop("Kitchen", 2.0, "come_here")))
