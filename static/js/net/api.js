@@ -151,10 +151,13 @@ export async function history() {
   return rows;
 }
 
+/** @param {string | undefined} source of a command: a place that was pressed on the map or in the camera's picture */
+export const isPressed = (source) => source === "click" || source === "camera";
+
 /** Words of a command: shown, and used to repeat it. @param {Pick<HistoryRow, "heard_as"> & Partial<HistoryRow>} row */
 export function wordsOf({ heard_as, words, source }) {
   const said = withMinus(heard_as || words || "Speech");
-  return source === "click" || source === "camera" ? said.replace(/^stop at /, "go to ") : said; // nobody said “stop”, and the robot sets out
+  return isPressed(source) ? said.replace(/^stop at /, "go to ") : said; // nobody said “stop”, and the robot sets out
 }
 
 /** Which engine reads words, and the model with which people are understood better. */

@@ -1,5 +1,6 @@
 // Element <coach-marks>: first hints, shown once and only on the simulator; each notices when it was followed.
 
+import { isPressed } from "../net/api.js";
 import { icon, isNew, make, mark, write } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
@@ -49,7 +50,7 @@ const HINTS = [
     opens: "map",
     title: touch ? t("coach-marks.tap_the_floor") : t("coach-marks.click_the_floor"),
     text: t("coach-marks.the_robot_plans_a_way_there"),
-    ended: ({ source, state }) => source === "click" && ENDED.includes(state),
+    ended: ({ source, state }) => isPressed(source) && ENDED.includes(state),
   },
   {
     at: ".person-chip",

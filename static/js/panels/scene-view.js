@@ -1,6 +1,6 @@
 // Element <scene-view>: the 3-D map in a frame; the server interprets clicks in it.
 
-import { address, socketAddress } from "../net/api.js";
+import { address, isPressed, socketAddress } from "../net/api.js";
 import { icon, make } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { fallBack, isChosen, mapKind, mapShown, onMapKind, prove } from "../ui/map-choice.js";
@@ -102,7 +102,7 @@ export class SceneView extends Panel {
     this.#reveal("closure", (floor?.closures_count ?? 0) > 0);
     this.#reveal("preview", (state?.pending_command ?? null) !== null);
     this.#reveal("room", (floor?.submaps.length ?? 0) > 1);
-    if (state?.command?.source === "click") this.#hint.classList.add("is-known");
+    if (isPressed(state?.command?.source)) this.#hint.classList.add("is-known");
   }
 
   /** Show a legend row only while its layer has content. @param {string} layer @param {boolean} there */
