@@ -23,13 +23,14 @@ import scipy
 from console.calibration.answers import Document
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationKind
-from core.calibration.files.camera_files import parse_camera, read_json
+from core.calibration.files.camera_files import CAMERA_NAME, parse_camera, read_json
 from core.calibration.files.mount_files import read_mount
 from core.calibration.reports import camera_numbers
 from core.errors import BadInput, BeckonError
 from core.files import SEAL, is_intact, replacing, saving, sealed, sync_folder, write_atomic
 from core.geometry import OPTICAL, Transform
 from core.optics import CameraModel
+from core.sensors.camera import lens_faults
 
 log = logging.getLogger(__name__)
 
@@ -45,17 +46,19 @@ class CalibrationStore:
         self._folder = folder
         self._documents: dict[CalibrationKind, Document] = {}
         self._turn = Lock()
-        self.troubles: list[str] = []  # of files that are there but cannot be used
+        self.troubles: list[str] = []  # of files that cannot be used, or were written by hand and hardly can be
         self.left_out: dict[CalibrationKind, str] = {}  # why one that was accepted is not used in this run
         self._formers: set[CalibrationKind] = set()  # kinds of which a former one can be taken back
 
     def open(self) -> None:
-        """Read the files; a file that cannot be used stays where it is and is reported in `troubles`."""
+        """Read the files; a file that cannot be used stays where it is, `troubles` has the reason."""
         for kind, name in NAMES.items():
             path = self._folder / f"{name}.json"
             try:
                 if path.is_file():
-                    self._documents[kind] = read(path, kind)
+                    document = self._documents[kind] = read(path, kind)
+                    if "accepted" not in document:
+                        self.troubles += _doubts(document)
             except (OSError, BeckonError) as wrong:
                 why = str(wrong).rstrip(".")
                 self.troubles.append(f"The calibration in {path.name} cannot be used: {why}. Calibrate again.")
@@ -199,10 +202,14 @@ def model_in(document: Document) -> CameraModel:
     return parse_camera(json.dumps(document))
 
 
+def _doubts(document: Document) -> list[str]:
+    return [one.statement for one in lens_faults(CAMERA_NAME, model_in(document))]
+
+
 def plain_report(document: Document, kind: CalibrationKind) -> Document:
     """Return the report of a document in which nobody wrote one: its numbers."""
     if kind == "camera":
-        return {**camera_numbers(model_in(document))}
+        return {**camera_numbers(model_in(document)), "warnings": _doubts(document)}
     mount = read_mount(document["extrinsics"])
     return {"rotation": mount.rotation.tolist(), "translation_m": mount.translation.tolist()}
 

@@ -17,7 +17,7 @@ from core.calibration.camera.intrinsics import Calibration
 from core.calibration.camera.session import CameraSession, CameraState
 from core.calibration.camera.undistortion import exact_map, straighten
 from core.calibration.exports import camera_exports, laser_exports
-from core.calibration.files.camera_files import parse_camera, read_json
+from core.calibration.files.camera_files import CAMERA_NAME, parse_camera, read_json
 from core.calibration.files.mount_files import both_ways
 from core.calibration.files.mount_reading import holds_mount, mount_doubts, parse_mount
 from core.calibration.mount import Mount
@@ -32,6 +32,7 @@ from core.calibration.reports import (
 )
 from core.errors import BadInput
 from core.optics import CameraModel
+from core.sensors.camera import lens_faults
 
 MAX_ARROWS = 800  # residuals shown at most
 FROM_FILE = "Read from a file; how exact it is stands only in the file it came from."
@@ -105,13 +106,14 @@ class SolverWorker:
         entry: Any = own.get("extrinsics", {**both_ways(mount)})
         if not isinstance(entry, dict):
             raise BadInput("It holds no mount.")
+        lens = [one.sentence for one in lens_faults(CAMERA_NAME, model)]
         return answers.ImportedMount(
             kept(model),
             entry,
             {
                 "rotation": mount.rotation.tolist(),
                 "translation_m": mount.translation.tolist(),
-                "warnings": [FROM_FILE, *mount_doubts(mount)],
+                "warnings": [FROM_FILE, *mount_doubts(mount), *lens],
             },
         )
 
@@ -120,7 +122,10 @@ def imported_camera(text: str) -> answers.ImportedCamera:
     """The text of a camera's file → the camera and what is known about it. Raises BadInput."""
     model = parse_camera(text)
     document = kept(model)
-    report: answers.ImportedCameraReport = {**camera_numbers(model), "warnings": [FROM_FILE]}
+    report: answers.ImportedCameraReport = {
+        **camera_numbers(model),
+        "warnings": [FROM_FILE, *(one.sentence for one in lens_faults(CAMERA_NAME, model))],
+    }
     known, board = known_facts(text)
     document["camera"] = {**document["camera"], **known}
     if board is not None:

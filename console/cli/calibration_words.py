@@ -89,6 +89,7 @@ def correction_lines(report: CorrectedPictures) -> list[str]:
         f"{len(report['pictures'])} of {count} pictures straightened {way}.",
         _inverse_words(report["error"]),
         *_notes("Not used", ((each["image"], each["reason"]) for each in report["pictures_refused"])),
+        *_notes("Warnings", (("", each) for each in report["warnings"])),
         *_notes("Files", ((each["image"], each["file"]) for each in report["pictures"])),
     ]
 

@@ -73,8 +73,13 @@ def run(chosen: argparse.Namespace) -> int:
 
 
 def _warned(looked: Iterator[LookedPicture]) -> Iterator[LookedPicture]:
-    """The same answers; each says what went wrong."""
+    """The same answers; each says what went wrong, and what is doubtful where it comes first."""
+    doubts: set[str] = set()
     for one in looked:
+        for doubt in (found["sentence"] for found in one.get("faults", ())):
+            if doubt not in doubts:
+                tell(doubt)
+            doubts.add(doubt)
         if trouble := one.get("error") or one.get("remark"):
             tell(f"{one['picture']}: {trouble}")
         yield one

@@ -85,7 +85,8 @@ class CorrectedPictures(TypedDict):
     method: Method
     pictures: list[StraightPicture]
     pictures_refused: list[RefusedPicture]
-    faults: list[FoundFault]  # of the pictures that were refused
+    faults: list[FoundFault]  # of the camera file, and of the pictures that were refused
+    warnings: list[str]  # the sentences of those of the camera file
     error: CorrectionReport
 
 
@@ -183,7 +184,7 @@ class LaserReport(TypedDict):
 class LaserFilesReport(LaserReport):
     """A mount's calibration from files, and the files that were written."""
 
-    faults: list[FoundFault]  # of the pairs that were refused
+    faults: list[FoundFault]  # of the camera file, and of the pairs that were refused
     files: dict[str, str]
 
 

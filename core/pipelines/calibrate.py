@@ -33,6 +33,7 @@ from core.files import save_all, text_of
 from core.message import Array
 from core.optics import CameraModel
 from core.progress import UNSEEN, WorkProgress
+from core.sensors.camera import lens_faults
 from core.sensors.checks import Fault, UnusableReading, fault, faults_of, found_faults, refusal
 
 PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".pgm", ".ppm"}
@@ -130,7 +131,7 @@ def calibrate_laser(
     pairs, refused, background = _pairs(folder)
     seen: list[tuple[int, BoardPose]] = []
     scanned: list[MeanScan | None] = []
-    faults: list[Fault] = []
+    faults: list[Fault] = [*lens_faults(camera.name, model)]
     for number, (picture, scans) in enumerate(progress.each(pairs, "looking for the board")):
         try:
             bearings, ranges = read_scans(scans)
@@ -217,8 +218,9 @@ def mount_from(
 ) -> reports.LaserFilesReport:
     """Poses from any source, the pairs refused so far, the empty room (B,) [m] → JSON keys and files.
 
-    `rivals`: other ways in which the scans may belong to the boards; `faults`: of the refused pairs. Raises BadInput,
-    with the cause where one of the rivals, or another unit or sense of the scans, explains the poses far better.
+    `rivals`: other ways in which the scans may belong to the boards; `faults`: of the camera file and of the refused
+    pairs. Raises BadInput, with the cause where one of the rivals, or another unit or sense of the scans, explains
+    the poses far better.
     """
     if len(poses) < 3:
         count = len(poses) + len(refused)
@@ -238,6 +240,7 @@ def mount_from(
         **report,
         "poses_refused": [*refused, *report["poses_refused"]],
         "faults": found_faults(faults),
+        "warnings": [*(one.sentence for one in faults if one.used), *report["warnings"]],
         "files": {} if out is None else save_all(out, laser_exports(found, board, model)),
     }
 

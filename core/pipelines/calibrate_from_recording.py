@@ -24,6 +24,7 @@ from core.progress import UNSEEN, WorkProgress
 from core.recording.read_report import ReadReport
 from core.recording.recorded_senses import RecordedImage, sights
 from core.recording.recording import LogSettings
+from core.sensors.camera import lens_faults
 from core.sensors.laser import Scan
 
 # Criteria of a board that is held still.
@@ -188,7 +189,16 @@ def calibrate_laser_recorded(
     poses, refused, background = collected.poses()
     mount = None if height is None else Mount.measured(height)
     result = mount_from(
-        poses, refused, board, model, background, mount=mount, with_offset=with_offset, out=out, printed=printed
+        poses,
+        refused,
+        board,
+        model,
+        background,
+        faults=lens_faults(camera.name, model),
+        mount=mount,
+        with_offset=with_offset,
+        out=out,
+        printed=printed,
     )
     result["warnings"] = warnings + result["warnings"]
     return result

@@ -12,6 +12,7 @@ from core.calibration.reports import CorrectedPictures, Method, RefusedPicture, 
 from core.errors import BadInput
 from core.files import folder_at, save
 from core.progress import UNSEEN, WorkProgress
+from core.sensors.camera import lens_faults
 from core.sensors.checks import Fault, UnusableReading, faults_of, found_faults
 
 
@@ -27,7 +28,8 @@ def correct(
     folder = folder_at(out)
     written: list[StraightPicture] = []
     refused: list[RefusedPicture] = []
-    faults: list[Fault] = []
+    doubts = lens_faults(camera.name, model)
+    faults: list[Fault] = [*doubts]
     taken: set[str] = set()
     for name, path in progress.each(list(zip(own_names(files), files, strict=True)), "pictures"):
         try:
@@ -48,6 +50,7 @@ def correct(
         "pictures": written,
         "pictures_refused": refused,
         "faults": found_faults(faults),
+        "warnings": [one.sentence for one in doubts],
         "error": correction_report(model),
     }
 

@@ -29,6 +29,8 @@ from core.progress import UNSEEN, WorkProgress
 from core.recording.read_report import ReadReport
 from core.recording.recorded_senses import RecordedImage, sights
 from core.sensors import Camera
+from core.sensors.camera import lens_faults
+from core.sensors.checks import FoundFault, found_faults
 from core.settings import Settings
 
 FIELD_OF_VIEW_RAD = 1.05  # that a picture is wide where nothing is known of its camera; a telephone's is about that
@@ -70,6 +72,7 @@ class LookedPicture(TypedDict):
     drawing: NotRequired[str]  # the annotated picture
     t_s: NotRequired[float]  # of a recorded picture, from the first one
     remark: NotRequired[str]  # why nobody could be seen in the picture
+    faults: NotRequired[list[FoundFault]]  # of the camera's calibration
     error: NotRequired[str]  # why the picture was not looked at
 
 
@@ -113,7 +116,8 @@ def look_each(
     opened = cache(lambda: open_detector(settings))  # not before a picture could be read
     for number, question in enumerate(progress.each(questions, "pictures")):
         drawing = None if folder is None else folder / f"{question.path.stem}_people_{number}.jpg"
-        yield _answered(question, model, opened, drawing)
+        answer = _answered(question, model, opened, drawing)
+        yield answer if camera is None else _doubted(answer, camera.name, model)
 
 
 def look_recorded(
@@ -142,7 +146,8 @@ def look_recorded(
         known = model or (found.model if pattern.fov_rad is None else None)
         asked = structs.replace(pattern, path=path, picture=f"{path.name} {at:.1f} s", pixels=found.pixels)
         drawing = None if folder is None else folder / f"{path.stem}_people_{at:07.1f}.jpg"
-        yield {**_answered(asked, known, opened, drawing), "t_s": round(at, 3)}
+        answer = _doubted(_answered(asked, known, opened, drawing), (camera or path).name, known)
+        yield {**answer, "t_s": round(at, 3)}
     if start is None:
         raise BadInput(" ".join((f"{path.name} holds no pictures.", *tally.report("recording").warnings[:1])))
 
@@ -210,6 +215,12 @@ def _answered(
     if drawing is not None:
         answer["drawing"] = save(drawing, drawn(pixels, answer["people"]))
     return answer
+
+
+def _doubted(answer: LookedPicture, sensor: str, model: CameraModel | None) -> LookedPicture:
+    """The same answer, with what is improbable in the calibration that it was found by."""
+    faults = () if model is None else lens_faults(sensor, model)
+    return {**answer, "faults": found_faults(faults)} if faults else answer
 
 
 def _contrast_remark(pixels: Array) -> str:

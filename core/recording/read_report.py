@@ -61,8 +61,12 @@ class ReadReport:
 
     def fault(self, code: str, sensor: str = "", *, used: bool = False, **values: object) -> None:
         """Add what a check of the readings found; its sentence is a warning, too."""
-        self._faults.append(fault(code, sensor, used=used, **values))
-        self.warn(self._faults[-1].sentence)
+        self.note(fault(code, sensor, used=used, **values))
+
+    def note(self, found: Fault) -> None:
+        """Add a fault that was found; its sentence is a warning, too."""
+        self._faults.append(found)
+        self.warn(found.sentence)
 
     def has_fault(self, code: str) -> bool:
         """Return whether a check has found this."""

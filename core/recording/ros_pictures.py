@@ -8,6 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from core.calibration.files.camera_files import check_lens
 from core.calibration.files.pictures import MOST_PIXELS, decode
 from core.errors import BadInput
 from core.geometry import OPTICAL, Transform
@@ -17,7 +18,7 @@ from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import RecordedPicture
 from core.recording.robot_names import is_seen
 from core.sensors import Camera
-from core.sensors.camera import camera_mounting
+from core.sensors.camera import camera_mounting, lens_faults
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
@@ -149,6 +150,8 @@ class RosPictures:
         if known is None:
             view = math.degrees(2 * math.atan(0.5 / FOCAL_WIDTHS))
             tally.fault("camera.guessed", self._camera.topic, used=True, view=f"{view:.0f}")
+        for doubt in () if known is None else lens_faults(self._camera.topic, known):
+            tally.note(doubt)
         return known or guessed_model(width, height)
 
     def _mounting(self, place: PlaceFrame, tally: ReadReport) -> Transform:
@@ -213,8 +216,8 @@ def raw_pixels(content: Any) -> Array:
 def camera_model(info: Any, width: int, height: int, *, rectified: bool = False) -> CameraModel | None:
     """A CameraInfo → the model for pictures of this size [pixel], or for rectified ones, which have no distortion.
 
-    None where the camera is not calibrated, its model of distortion is another one, or its pictures have another
-    shape: they are of another camera, or cut.
+    None where the camera is not calibrated, no lens has these numbers, its model of distortion is another one, or its
+    pictures have another shape: they are of another camera, or cut.
     """
     matrix, bend, projection = (_numbers(info, name) for name in "kdp")
     known = rectified or info.distortion_model in ("plumb_bob", "rational_polynomial", "")
@@ -229,7 +232,7 @@ def camera_model(info: Any, width: int, height: int, *, rectified: bool = False)
     if abs(across / down - 1.0) > MAX_STRETCH:
         return None
     k1, k2, p1, p2, k3 = (float(number) for number in np.pad(bend[:5], (0, max(0, 5 - len(bend)))))
-    return CameraModel(
+    model = CameraModel(
         width=width,
         height=height,
         fx=float(matrix[0]) * across,
@@ -242,6 +245,11 @@ def camera_model(info: Any, width: int, height: int, *, rectified: bool = False)
         p2=p2,
         k3=k3,
     )
+    try:
+        check_lens(model)
+    except BadInput:
+        return None
+    return model
 
 
 def _numbers(info: Any, name: str) -> Array:

@@ -7,8 +7,8 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from core.optics import CameraModel
 from core.robots import Profile
+from core.sensors.camera import lens_faults
 from core.sentences import Statement
 
 if TYPE_CHECKING:
@@ -22,9 +22,6 @@ MIN_LASER_HEIGHT_M = 0.01  # of a scanning plane above the floor
 MAX_RADIUS_M, MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S = 1.5, 2.0, 2 * math.pi
 MAX_FAILSAFE_S, MAX_TIME_OFFSET_S = 5.0, 0.3
 MAX_PITCH_DEG = 75.0
-MAX_PIXEL_ASPECT = 1.1  # between the focal lengths across and down: pixels are square
-MAX_PRINCIPAL_SHARE = 0.15  # of a side, by which the principal point lies beside the picture's middle
-MIN_VIEW_DEG, MAX_VIEW_DEG = 10, 125  # across, of a camera on a robot whose lens is no fisheye
 RADIANS_STEP = math.pi / 12  # of angles that people write: 15 degrees
 RADIANS_SLACK = 0.006  # of an angle written with two decimals
 ANGLE_KEYS = ("heading_deg", "yaw_deg", "pitch_deg", "roll_deg")
@@ -100,21 +97,7 @@ def _of_lenses(file: "RobotFile", profile: Profile) -> Iterator[str]:
     for camera in profile.cameras:
         table = file.cameras.get(camera.name)
         if table is not None and table.calibration:
-            yield from lens_doubts(camera.name, camera.model)
-
-
-def lens_doubts(name: str, model: CameraModel) -> Iterator[str]:
-    """Sentences about a camera that can be, and that hardly any lens and sensor make."""
-    ratio = model.fx / model.fy
-    if not 1 / MAX_PIXEL_ASPECT <= ratio <= MAX_PIXEL_ASPECT:
-        yield Statement("robot_file.focal", name=name, fx=f"{model.fx:g}", fy=f"{model.fy:g}", ratio=f"{ratio:.2g}")
-    aside = max(abs(model.cx / model.width - 0.5), abs(model.cy / model.height - 0.5))
-    if aside > MAX_PRINCIPAL_SHARE:
-        size = f"{model.width}x{model.height}"
-        yield Statement("robot_file.principal", name=name, cx=f"{model.cx:g}", cy=f"{model.cy:g}", size=size)
-    view = math.degrees(2 * math.atan(0.5 * model.width / model.fx))
-    if not MIN_VIEW_DEG <= view <= MAX_VIEW_DEG:
-        yield Statement("robot_file.view", name=name, view=f"{view:.0f}", low=MIN_VIEW_DEG, high=MAX_VIEW_DEG)
+            yield from (one.statement for one in lens_faults(camera.name, camera.model))
 
 
 def _much(key: str, value: float, most: float, unit: str) -> str:

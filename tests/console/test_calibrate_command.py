@@ -11,9 +11,9 @@ import pytest
 from console.__main__ import main
 from core.calibration.board.board import Board
 from core.calibration.board.chessboard import find_board
-from core.calibration.files.camera_files import camera_entry, read_camera
+from core.calibration.files.camera_files import camera_entry, read_camera, ros_yaml
 from core.calibration.practice import BoardPlacement, held, picture
-from core.optics import TABLE_3
+from core.optics import TABLE_3, CameraModel
 
 BOARD = Board(columns=9, rows=6, square=0.03)
 ASKED = ["--board", "9x6", "--square", "0.03"]
@@ -210,6 +210,20 @@ def test_pictures_are_straightened_either_way_and_never_over_each_other(
         assert told["pictures_refused"] == [{"image": "none.png", "reason": "there is no such file"}]
         code, text, _ = answer(capsys, *arguments, "--method", method)
         assert text.startswith("2 of 3 pictures straightened") and "px at most" in text
+
+
+def test_pictures_are_straightened_by_an_improbable_camera_with_a_warning(
+    pictures: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    height, width = cv2.imread(pictures[0]).shape[:2]
+    model = CameraModel(width=width, height=height, fx=0.9 * width, fy=1.2 * width, cx=width / 2, cy=height / 2)
+    (tmp_path / "odd.yaml").write_text(ros_yaml(model))
+    code, text, _ = answer(
+        capsys, "correct", pictures[0], "--camera", str(tmp_path / "odd.yaml"), "--out", str(tmp_path), "--json"
+    )
+    told = json.loads(text)
+    assert code == 0 and [one["code"] for one in told["faults"]] == ["camera.focal_ratio"]
+    assert told["warnings"] == [told["faults"][0]["sentence"]]
 
 
 def test_the_board_goes_to_the_smallest_page_and_can_be_found_again(

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from console.__main__ import main
+from core.calibration.files.camera_files import ros_yaml
 from core.errors import BadInput
+from core.optics import CameraModel
 from core.perception.people.pose.detector import PoseDetector
 from core.pipelines import look as pipeline
 from tests.core.perception.stick_figures import StickNetworks, white_body
@@ -91,6 +93,17 @@ def test_large_pictures_are_shrunk_and_boxes_grow_back(folder, capsys) -> None:
     small, large = (answer(capsys, folder / name)["people"][0] for name in ("one.png", "large.png"))
     assert np.array(large["box"]) / 5 == pytest.approx(np.array(small["box"]), abs=4)
     assert large["azimuth_rad"] == pytest.approx(small["azimuth_rad"], abs=0.005)
+
+
+def test_an_improbable_calibration_is_said_once_and_stands_in_each_answer(folder, capsys) -> None:
+    model = CameraModel(width=640, height=480, fx=520.0, fy=260.0, cx=322.0, cy=236.0)
+    (folder / "wide.yaml").write_text(ros_yaml(model))
+    words = ["look", str(folder / "one.png"), str(folder / "none.png"), "--camera", str(folder / "wide.yaml")]
+    assert main([*words, "--json"]) == 0
+    said = capsys.readouterr()
+    answers = json.loads(said.out)["answers"]
+    assert [one["faults"][0]["code"] for one in answers] == ["camera.focal_ratio"] * 2
+    assert said.err.count("The calibration of wide.yaml has fx = 520 and fy = 260") == 1
 
 
 def test_a_calibration_of_another_camera_is_refused(folder, capsys) -> None:

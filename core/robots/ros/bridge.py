@@ -30,7 +30,7 @@ from core.robots.ros.topics import RosSettings, RosTopics
 from core.robots.ros.typestore import RobotTypes
 from core.robots.urdf import Body, parse_body
 from core.sensors import Camera, Fault, Image, Laser, Scan, Sound
-from core.sensors.camera import camera_mounting
+from core.sensors.camera import camera_mounting, lens_faults
 from core.sensors.checks import UnusableReading, are_finite, fault
 from core.sensors.laser import flat
 from core.sensors.microphones import load_array
@@ -441,6 +441,8 @@ class RosSensors:
                 f"{info} may be of another camera than {image}: neither is it beside it, nor of its frame. Set "
                 "camera_info in *Connect*, or calibrate the camera."
             )
+        if known:
+            self.notices += [one.statement for one in lens_faults(image, model)]
         found = self._placed_at(frame)
         if found is None:
             self.notices.append(f"The robot does not say where {frame or self.topics.image} is mounted.")

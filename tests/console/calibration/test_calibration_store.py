@@ -18,6 +18,7 @@ from console.api.reports import clock
 from console.calibration.apply import calibrated, laser_in, nominal_mount
 from console.calibration.calibration_store import CalibrationStore
 from console.calibration.service import CalibrationService
+from console.calibration.solver_worker import imported_camera
 from core.calibration.files.camera_files import kalibr_yaml, ros_yaml
 from core.calibration.files.mount_files import FORWARD, both_ways, matrix, static_transform, urdf_joint
 from core.calibration.reports import kept as kept_form
@@ -27,6 +28,7 @@ from core.geometry import OPTICAL, Transform
 from core.message import Array
 from core.optics import TABLE_3
 from core.sensors import Camera
+from core.sentences import code_of
 from tests.console.calibration.wizard import Wizard
 from tests.console.live import Live
 
@@ -296,6 +298,21 @@ def test_a_file_that_someone_wrote_by_hand_is_used_and_counts_as_not_verified(tm
     kept.put("camera", document(506.0), {"fx": 506.0}, "someone")
     told = kept.report("camera")
     assert told is not None and told["verified"] is True and as_restarted(tmp_path) == 506.0
+
+
+def test_an_improbable_file_by_hand_is_a_warning_at_the_start_and_in_its_report(tmp_path: Path) -> None:
+    (tmp_path / "camera.json").write_text(json.dumps(kept_form(replace(TABLE_3, fx=600.0))))
+    store = CalibrationStore(tmp_path)
+    store.open()
+    report = store.report("camera")
+    assert report is not None and store.camera is not None
+    assert [code_of(one).code for one in store.troubles] == ["camera.focal_ratio"]
+    assert report["warnings"] == store.troubles
+
+
+def test_a_camera_file_that_hardly_any_camera_has_is_used_with_a_warning() -> None:
+    usual, odd = (imported_camera(ros_yaml(model)).report for model in (NEAR, replace(NEAR, cx=60.0)))
+    assert len(usual["warnings"]) == 1 and "principal point at (60," in odd["warnings"][-1]
 
 
 def test_a_mount_comes_from_a_file_in_every_form_and_belongs_to_the_camera_in_use(live: Live) -> None:

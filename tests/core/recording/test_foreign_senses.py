@@ -185,7 +185,7 @@ def camera_info(kind, stamp, frame, focal):
     return kind.types[name](header=kind.header(stamp, frame), roi=region, **fields, **numbers)
 
 
-def cameras_messages(kind, described=True):
+def cameras_messages(kind, described=True, focal=200.0):
     """Scans, depth pictures, and those of a left camera, whose right neighbour's CameraInfo comes first."""
     told = robot_messages(kind, scans=20)
     make, image, info = kind.types, "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
@@ -197,7 +197,7 @@ def cameras_messages(kind, described=True):
         left = kind.header(stamp + 0.01, "left_optical")
         told.append(("/left/image_raw", image, stamp + 0.01, make[image](header=left, **raw("bgr8"))))
         if described:
-            told.append(("/left/camera_info", info, stamp + 0.02, camera_info(kind, stamp, "left_optical", 200.0)))
+            told.append(("/left/camera_info", info, stamp + 0.02, camera_info(kind, stamp, "left_optical", focal)))
     if described:
         placed = kind.tf(START, "base_link", "left_optical", (0.3, 0.1, 0.0), height=0.5)
         told.append(("/tf_static", "tf2_msgs/msg/TFMessage", START, placed))
@@ -226,6 +226,15 @@ def test_a_camera_that_the_log_does_not_describe_is_guessed_and_that_is_said(for
     assert all(one.used and "/left/image_raw" in one.sentence for one in found.values())
     seen = [one for one in sights(path, LogSettings(), ReadReport(path)) if isinstance(one, RecordedImage)]
     assert len(seen) == 10 and all(one.model is None for one in seen)
+
+
+@pytest.mark.parametrize(("widths", "code"), [(8.0, "camera.view"), (0.005, "camera.guessed")])
+def test_a_camera_info_that_hardly_can_be_is_said_and_one_that_cannot_is_not_used(widths, code, tmp_path):
+    focal = widths * RGB.shape[1]
+    path = FORMS["mcap"](tmp_path, lambda kind: cameras_messages(kind, focal=focal))
+    log = open_log(path, whole=True)
+    assert [one.code for one in log.report.faults if one.code.startswith("camera")] == [code]
+    assert (log.camera.model.fx == focal) == (code == "camera.view")
 
 
 # sound: a tone per channel

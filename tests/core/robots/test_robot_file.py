@@ -200,9 +200,9 @@ def test_an_array_that_is_wider_than_its_robot_is_a_notice(tmp_path: Path) -> No
     ("change", "codes"),
     [
         ({}, []),
-        ({"fy": 260.0}, ["focal"]),
-        ({"fy": 1040.0}, ["focal"]),
-        ({"cx": 40.0}, ["principal"]),
+        ({"fy": 260.0}, ["focal_ratio"]),
+        ({"fy": 1040.0}, ["focal_ratio"]),
+        ({"cx": 40.0}, ["principal_point"]),
         ({"fx": 12000.0, "fy": 12000.0}, ["view"]),
         ({"fx": 86.0, "fy": 86.0}, ["view"]),
     ],
@@ -214,7 +214,7 @@ def test_a_calibration_that_hardly_any_camera_has_is_a_notice(
     (tmp_path / "camera.yaml").write_text(ros_yaml(model))
     file = load_of("radius = 0.2\n[cameras.camera]\ncalibration = 'camera.yaml'")
     notices = profile_of((WHOLE,), file, "x:", tmp_path).notices
-    assert [code_of(sentence).code for sentence in notices] == [f"robot_file.{code}" for code in codes]
+    assert [code_of(sentence).code for sentence in notices] == [f"camera.{code}" for code in codes]
 
 
 def load_of(text: str) -> RobotFile:
