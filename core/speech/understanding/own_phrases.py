@@ -111,7 +111,13 @@ def sound_key(phrase: str) -> str:
 
 
 def too_close(one: str, other: str) -> bool:
-    """Return whether two phrases sound alike: they differ in a third of their sounds at most."""
+    """Return whether two phrases sound alike: they differ in a third of their sounds at most.
+
+    Of phrases that hold numbers, and not as many, the words before the first one count: "meters" ends them all.
+    """
+    counts = {len(SLOT.findall(phrase)) for phrase in (one, other)}
+    if len(counts) > 1 and 0 not in counts:
+        one, other = (phrase.partition("{")[0].strip() for phrase in (one, other))
     keys = sound_key(one), sound_key(other)
     return 3 * slips(*keys) <= max(map(len, keys))
 

@@ -53,6 +53,9 @@ def test_own_phrases_are_commands_with_the_bounds_of_commands(file):
         ('continue = ["stop {distance_m} meters"]', "always stops"),
         ('come_here = ["over yonder"]\nfollow_me = ["over younger"]', "over yonder"),
         ('stop_moving = ["come"]', "“come” (come_here)"),
+        ('come_here = ["continue two meters"]', "continue {distance_m} meters"),
+        ('continue = ["go {distance_m}"]', "“come” (come_here)"),
+        ('stop_at = ["continue {x_m} and {y_m} meters"]', "continue {distance_m} meters"),
     ],
 )
 def test_a_phrase_that_sounds_like_another_command_is_refused_with_the_pair(file, phrase, other):
@@ -134,6 +137,14 @@ def test_phrases_of_one_command_may_resemble_each_other(file):
 def test_sounds_decide_not_letters():
     assert too_close("calm ear", "come here") and too_close("write hear", "right here")
     assert not too_close("come to papa", "come here") and not too_close("halt", "come")
+
+
+@pytest.mark.parametrize(
+    "words", ["advance", "forward", "go forward", "move ahead", "proceed", "carry on", "straight on", "keep going"]
+)
+def test_a_phrase_with_one_number_is_not_near_one_with_two(file, words):
+    file.write_text(f'continue = ["{words} {{distance_m}} meters"]\nstop_at = ["reach {{x_m}} and {{y_m}} meters"]')
+    assert len(own_phrases(str(file))) == 2
 
 
 @pytest.mark.campaign
