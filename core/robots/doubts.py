@@ -22,8 +22,8 @@ MIN_LASER_HEIGHT_M = 0.01  # of a scanning plane above the floor
 MAX_RADIUS_M, MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S = 1.5, 2.0, 2 * math.pi
 MAX_FAILSAFE_S, MAX_TIME_OFFSET_S = 5.0, 0.3
 MAX_PITCH_DEG = 75.0
-RADIANS_STEP = math.pi / 12  # of angles that people write: 15 degrees
-RADIANS_SLACK = 0.006  # of an angle written with two decimals
+RADIANS_STEPS_DEG = {2: 15, 3: 5}  # of angles that people write, by the decimals of their radians; 3: or more
+MAX_RADIANS = 6.3  # a full turn
 ANGLE_KEYS = ("heading_deg", "yaw_deg", "pitch_deg", "roll_deg")
 
 
@@ -64,10 +64,13 @@ def _of_angles(file: "RobotFile") -> Iterator[str]:
 
 
 def _is_radians(angle: float) -> bool:
-    """Return whether an angle [deg] is no round number of degrees, and one of radians."""
-    steps = abs(angle) / RADIANS_STEP
-    round_degrees = math.isclose(10 * angle, round(10 * angle), abs_tol=1e-9)
-    return not round_degrees and abs(angle) < 6.3 and abs(steps - round(steps)) * RADIANS_STEP < RADIANS_SLACK
+    """Return whether an angle [deg] is no round number of degrees, and as it is written one of radians."""
+    written = f"{abs(angle):f}".rstrip("0").partition(".")[2]
+    decimals = min(len(written), max(RADIANS_STEPS_DEG))
+    if decimals not in RADIANS_STEPS_DEG or abs(angle) > MAX_RADIANS:
+        return False
+    step = math.radians(RADIANS_STEPS_DEG[decimals])
+    return abs(math.remainder(angle, step)) < 0.6 * 10.0**-decimals
 
 
 def _of_sensors(file: "RobotFile", profile: Profile) -> Iterator[str]:

@@ -188,6 +188,27 @@ def test_a_usual_robot_has_no_notice_of_its_file() -> None:
     assert profile_of((WHOLE,), load_of(text), "x:").notices == ()
 
 
+@pytest.mark.parametrize("places", [2, 3, 4, 6])
+def test_an_angle_in_radians_is_suspected_as_people_write_it(places: int) -> None:
+    step = 15 if places == 2 else 5
+    angles = {degrees: f"{math.radians(degrees):.{places}f}" for degrees in range(step, 361, step)}
+    for degrees, angle in angles.items():
+        if angle.endswith("0"):
+            continue  # in the file it has fewer decimals
+        file = load_of(f"radius = 0.2\n[lasers.front]\nx = 0.1\nheading_deg = {angle}")
+        (notice,) = profile_of((WHOLE,), file, "x:").notices
+        assert f"write {degrees}." in notice
+
+
+def test_small_angles_that_were_measured_in_degrees_are_hardly_suspected() -> None:
+    measured = np.round(np.random.default_rng(7).uniform(-6.3, 6.3, 400), 2).tolist()
+    suspected = 0
+    for angle in (*measured, 1.5, 2.5, 0.8, 3.1):
+        file = load_of(f"radius = 0.2\n[lasers.front]\nx = 0.1\nheading_deg = {angle}")
+        suspected += len(profile_of((WHOLE,), file, "x:").notices)
+    assert suspected < 0.06 * len(measured)
+
+
 def test_an_array_that_is_wider_than_its_robot_is_a_notice(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text("positions_m = [[1.2, 0, 0], [0, 1.2, 0], [-1.2, 0, 0]]")
     whole = replace(WHOLE, microphones=(tetrahedron(),))
