@@ -1,5 +1,6 @@
 """The camera's parameters from pictures of a chessboard (section 3.1, figure 3)."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -20,6 +21,7 @@ from core.optics import CameraModel
 from core.sensors.checks import Fault, fault
 
 MOST_NAMES = 4  # of pictures in a sentence
+MIN_BOARD_M, MAX_BOARD_M = 0.06, 2.5  # from corner to corner of a board that is held by hand
 
 
 # Thresholds for corners and views that do not fit.
@@ -144,6 +146,7 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
         *doubts,
         *_off_centre(solution.camera, covariance, size),
         *_stretched(solution.camera, covariance),
+        *_size_faults(board),
     )
     undecided = next((each.sentence for each in faults if each.code in UNDECIDED_CODES), "")
     deciding = ""
@@ -289,6 +292,15 @@ def _with_focal_doubt(
         return covariance, alike
     doubt = fault("camera.focal_undecided", low=f"{around.low:.0f}", high=f"{around.high:.0f}")
     return covariance, (doubt,)
+
+
+def _size_faults(board: Board) -> tuple[Fault, ...]:
+    """Find a board that nobody holds by hand: its squares are in another unit than metres."""
+    wide, high = (2 * half for half in board.half_size)
+    if MIN_BOARD_M <= math.hypot(wide, high) <= MAX_BOARD_M:
+        return ()
+    size = {"wide": f"{wide:.2g}", "high": f"{high:.2g}", "square": f"{1e3 * board.square:g}"}
+    return (fault("board.size", used=True, **size),)
 
 
 def _stretched(camera: Array, covariance: Array) -> tuple[Fault, ...]:

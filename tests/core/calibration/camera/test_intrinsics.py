@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -183,3 +184,12 @@ def test_of_many_views_all_are_solved_though_only_some_begin() -> None:
     alone = bundle_adjustment.refine(some, BundleSolution(truth.camera, truth.poses.take(found.used)), PAPER)
     sds = np.sqrt(np.diag(found.covariance))
     assert np.all(np.abs(vector_of(found.model)[:8] - alone.camera[:8]) < 1e-3 * sds)
+
+
+@pytest.mark.parametrize(
+    ("square", "codes"), [(0.004, ["board.size"]), (0.012, []), (0.2, []), (0.3, ["board.size"])]
+)
+def test_a_board_whose_squares_are_in_another_unit_is_doubted(square: float, codes: list[str]) -> None:
+    views = views_of(some_corners(13, noise=0.15, seed=2)[0].pixels)
+    found = calibrate(views, replace(BOARD, square=square), SIZE)
+    assert [one.code for one in found.faults if one.code.startswith("board.")] == codes
