@@ -44,11 +44,18 @@ def run(chosen: argparse.Namespace) -> int:
     lines = [
         f"{report['form']}: {report['frames']} readings over {report['duration_s']:.1f} s in {took:.1f} s",
         f"path {report['path_m']:.2f} m, {len(report['landmarks'])} landmarks, {report['skipped']} records skipped",
+        *_scales(report),
         *_errors(report),
         *(f"note: {warning}" for warning in report["warnings"]),
         *(f"{name}: {path}" for name, path in report["files"].items() if path),
     ]
     return answer(chosen, report, *lines, warnings=report["warnings"])
+
+
+def _scales(report: Any) -> list[str]:
+    found = report.get("wheels_over_scans", {})
+    known = [(name, found[name], found[f"{name}_sd"]) for name in ("way", "turn") if found.get(name) is not None]
+    return [f"{name}s by the wheels are {scale:.3f} ± {sd:.3f} times those by the scans" for name, scale, sd in known]
 
 
 def _errors(report: Any) -> list[str]:

@@ -43,6 +43,7 @@ from core.slam.map.occupancy import OccupancyGrid
 from core.slam.mapper import AnchoredPose, Mapper
 from core.slam.motion import Motion
 from core.slam.odometry import Odometry
+from core.slam.scan_matching.agreement import MoveAgreement
 from core.slam.submap_manager import MapperSettings
 from core.snapshot import Ending, Hearing, Level, PilotAct, PilotInputs, Snapshot
 
@@ -224,6 +225,11 @@ class Pilot:
     def faults(self) -> tuple[Fault, ...]:
         """Faults found in the readings over time: contradictions between the senses, sensors that hang."""
         return (*self._disagreements, *self._repeats.faults)
+
+    @property
+    def agreement(self) -> MoveAgreement:
+        """Moves by the wheels over those by the scans, with their deviations."""
+        return self._odometry.agreement.compared
 
     @property
     def _disagreements(self) -> tuple[Fault, ...]:

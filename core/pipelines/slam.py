@@ -223,7 +223,17 @@ def _result(recording: ScanRecording | DriveRecording, run: _PilotRun) -> SlamRe
         report = replace(recording.report, faults=pilot.faults, warnings=warnings)
     poses = tuple(pilot.where(stand) for stand in run.stands)
     truth = tuple(run.truth) if len(run.truth) == len(poses) else ()
-    return SlamResult(recording, report, tuple(run.stamps), poses, landmarks, run.course, grid=grid, truth=truth)
+    return SlamResult(
+        recording,
+        report,
+        tuple(run.stamps),
+        poses,
+        landmarks,
+        run.course,
+        grid=grid,
+        truth=truth,
+        agreement=pilot.agreement,
+    )
 
 
 def _sightings(recording: SightingRecording, settings: Settings, progress: WorkProgress) -> SlamResult:

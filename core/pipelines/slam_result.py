@@ -13,6 +13,7 @@ from core.sensors.checks import FoundFault, found_faults
 from core.slam.estimate import Landmark
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import ClosureStatus
+from core.slam.scan_matching.agreement import MoveAgreement
 
 PATH_STEP_M = 0.02  # the path is measured from place to place this far apart, so that trembling at rest adds nothing
 
@@ -38,6 +39,15 @@ class PositionErrors(TypedDict):
     final_m: float
 
 
+class MoveScales(TypedDict):
+    """Moves by the wheels over those by the scans, as JSON; null: too few show it. The sds are of the scans."""
+
+    way: float | None
+    way_sd: float | None
+    turn: float | None
+    turn_sd: float | None
+
+
 class SlamFigures(TypedDict):
     """Everything of a result but the poses, as JSON."""
 
@@ -54,6 +64,7 @@ class SlamFigures(TypedDict):
     declared: int | None
     warnings: list[str]
     faults: list[FoundFault]  # of what the checks of the readings found
+    wheels_over_scans: NotRequired[MoveScales]  # where the log shows them
     error: NotRequired[PositionErrors]  # where the truth is known: a recording of the simulated robot
     processing_s: NotRequired[float]  # as the caller measured it
 
@@ -81,6 +92,7 @@ class SlamResult:
     identities: dict[int, int] = field(default_factory=dict[int, int])  # landmark → its name in the log, where given
     grid: OccupancyGrid | None = None
     truth: tuple[Pose, ...] = ()  # of every pose, in the simulator's world; (): it is not known
+    agreement: MoveAgreement | None = None  # of wheels and scans
     files: dict[str, str | None] = field(default_factory=lambda: {"trajectory_tum": None, "map_yaml": None})
 
     @property
@@ -121,6 +133,14 @@ class SlamResult:
             "warnings": list(report.warnings),
             "faults": found_faults(report.faults),
         }
+        shown = self.agreement
+        if shown is not None and (shown.way_scale, shown.turn_scale) != (None, None):
+            figures["wheels_over_scans"] = {
+                "way": shown.way_scale,
+                "way_sd": shown.way_sd,
+                "turn": shown.turn_scale,
+                "turn_sd": shown.turn_sd,
+            }
         if errors is not None:
             figures["error"] = errors
         return figures

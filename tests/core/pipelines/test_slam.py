@@ -193,6 +193,8 @@ def test_scans_with_odometry_lead_to_the_true_pose_a_map_and_its_corners(driven)
     end, true = result.poses[-1], driven.truth[-1]
     assert end.distance_to(true.x, true.y) < 0.05
     assert len(result.landmarks) >= 4
+    scales = result.json()["wheels_over_scans"]
+    assert scales["way"] == pytest.approx(1.0, abs=max(0.05, 4 * scales["way_sd"]))
     assert result.path == pytest.approx(0.15 * 13, rel=0.08)
     stamps = [float(line.split()[0]) for line in (driven.folder / "out/trajectory.tum").read_text().splitlines()]
     assert stamps == pytest.approx([float(line.split()[-1]) for line in driven.lines])
