@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 
 from core.errors import BadInput
-from core.geometry import Pose, wrap
+from core.geometry import Pose, wrap, wrap_all
 from core.message import Array, message
 from core.perception.landmarks.landmarks import Sighting
 from core.recording import Ids
@@ -180,7 +180,7 @@ class Draws:
         x, y, heading = course.truth[k]
         away = course.landmarks - (x, y)
         ranges = np.hypot(away[:, 0], away[:, 1])
-        bearings = (np.arctan2(away[:, 1], away[:, 0]) - heading + np.pi) % (2 * np.pi) - np.pi
+        bearings = wrap_all(np.arctan2(away[:, 1], away[:, 0]) - heading)
         names = np.flatnonzero(
             (ranges > MIN_RANGE_M) & (ranges < self.reach) & (np.abs(bearings) < FIELDS[self.field])
         )

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from core.geometry import Pose
+from core.geometry import Pose, wrap_all
 from core.message import Array, message
 from core.perception.landmarks.corners import Corner
 from core.perception.landmarks.edges import EdgeSettings, ImageEdge
@@ -44,7 +44,7 @@ def edge_pairs(
         slope = np.array([-seen[1], seen[0]]) / reach**2
         variance = float(slope @ corner.covariance @ slope)
         variance += settings.bearing_sd**2 + (settings.shift_share * moved.heading) ** 2
-        off = (shown - bearing + math.pi) % (2 * math.pi) - math.pi
+        off = wrap_all(shown - bearing)
         lever = math.cos(bearing - moved.heading) / reach
         pairs += [
             EdgePair(position=corner.position, off=float(one), sd=math.sqrt(variance), lever=lever)

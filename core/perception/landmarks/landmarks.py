@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from core.geometry import Pose, arc, wrap
+from core.geometry import Pose, arc, wrap, wrap_all
 from core.message import Array, message
 from core.perception.landmarks.corners import Corner
 from core.perception.landmarks.edges import EdgeSettings, ImageEdge
@@ -109,7 +109,7 @@ class SeenWalls:
 
     def near(self, bearing: float) -> Array | None:
         """Points (N, 2) [m], eye's frame, around a bearing [rad], some on either side; None: too few."""
-        off = (self._angles - bearing + np.pi) % (2 * np.pi) - np.pi
+        off = wrap_all(self._angles - bearing)
         beside = np.flatnonzero(np.abs(off) < ASIDE_RAD)
         if len(beside) < MIN_POINTS or off[beside].min() > 0 or off[beside].max() < 0:
             return None
@@ -186,7 +186,7 @@ def _confirm(
     shown = np.array([edge.bearing + moved.heading for edge in edges])
     from scipy.optimize import linear_sum_assignment  # the pilot has it; drivers, which know sightings, do without
 
-    off = (shown[None, :] - bearings[:, None] + np.pi) % (2 * np.pi) - np.pi
+    off = wrap_all(shown[None, :] - bearings[:, None])
     distance = off**2 / variances[:, None]
     fits = distance < settings.gate**2
     rows, columns = linear_sum_assignment(np.where(fits, distance, 1e3))
