@@ -107,6 +107,20 @@ def arc(forward: float, turn: float) -> Pose:
 
 
 @message
+class Ray:
+    """A bearing from somewhere."""
+
+    x: float  # [m] world: from where
+    y: float  # [m]
+    azimuth: float  # [rad] world
+    sd: float  # [rad]
+
+    def bearing_to(self, x: float, y: float) -> float:
+        """Azimuth [rad] of a place [m], world, from where the ray begins."""
+        return math.atan2(y - self.y, x - self.x)
+
+
+@message
 class Transform:
     """A rigid transform of space, `outer_from_inner`."""
 

@@ -5,8 +5,8 @@ from typing import Literal, cast
 import msgspec
 import numpy as np
 
+from core.geometry import Ray
 from core.message import Array
-from core.perception.people.fusion import Ray
 from core.perception.people.tracked_person import TrackedPerson
 
 Struct = msgspec.Struct

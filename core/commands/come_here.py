@@ -16,7 +16,7 @@ from core.perception.people.fusion import Fused, fuse
 from core.perception.people.legs import find_standers, nearest_to
 from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.voice_bearing import VoiceBearing
-from core.perception.sound.triangulation import Bearing, VoicePlace, cross
+from core.perception.sound.triangulation import VoicePlace, cross
 from core.sentences import Statement
 
 # COME HERE without a camera: a voice is heard from several places, and a person stands where the bearings cross.
@@ -73,7 +73,7 @@ class LocateVoice:
             self._calls[-1] = call if call.sd < last.sd else last
         else:
             self._calls.append(call)
-        place = cross([Bearing(x=one.x, y=one.y, azimuth=one.azimuth, sd=one.sd) for one in self._calls])
+        place = cross([one.ray for one in self._calls])
         self._place = place
         if place.position is not None and place.covariance is not None:
             widest = math.sqrt(float(np.linalg.eigvalsh(place.covariance)[-1]))

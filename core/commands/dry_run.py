@@ -7,12 +7,12 @@ import numpy as np
 
 from core.commands.command import Command, Progress
 from core.errors import Refused
-from core.geometry import Pose, wrap
+from core.geometry import Pose, Ray, wrap
 from core.navigation.control_context import ControlContext
 from core.perception.people.appearance import alike
 from core.perception.people.camera_geometry import eye, ray_of
 from core.perception.people.detector import Rectangle
-from core.perception.people.fusion import Ray, Sense, along, fuse
+from core.perception.people.fusion import Sense, along, fuse
 from core.perception.people.looking import LookQuestion
 from core.perception.people.pose.view import Viewpoint
 from core.perception.people.tracked_person import TrackedPerson

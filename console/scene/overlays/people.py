@@ -7,8 +7,8 @@ from viser import SceneApi
 
 from console.scene.drawing.lines import CIRCLE, CROSS, Lines, ellipses, joined, lifted
 from console.scene.drawing.palette import DOUBT, SCAN, UNSURE, VOICE, Colour, faded
+from core.geometry import Ray
 from core.message import Array
-from core.perception.people.fusion import Ray
 from core.perception.people.tracked_person import TrackedPerson
 from core.robots import Profile
 from core.snapshot import Snapshot, VoiceDirection

@@ -5,10 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from core.geometry import Pose
+from core.geometry import Pose, Ray
 from core.message import Array
 from core.perception.people.detector import Rectangle
-from core.perception.people.fusion import Ray
 from core.perception.people.legs import LegCluster
 from core.perception.people.parts import PeopleSettings
 from core.sensors import Camera

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from core.geometry import Pose, wrap, wrap_all
+from core.geometry import Pose, Ray, wrap, wrap_all
 from core.message import Array, message
-from core.perception.people.fusion import GATE_CHI2, Ray, Sense, along
+from core.perception.people.fusion import GATE_CHI2, Sense, along
 from core.perception.people.legs import find_standers
 from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.voice_bearing import VoiceBearing

@@ -5,26 +5,12 @@ from typing import Literal
 
 import numpy as np
 
-from core.geometry import wrap
+from core.geometry import Ray, wrap
 from core.message import Array, message
 
 Sense = Literal["laser", "camera", "sound"]
 GATE_CHI2 = 9.0  # chi-square, one degree of freedom: three standard deviations; what differs more is another's
 UNKNOWN_SD_M = 5.0  # sd of a distance of which nothing is known
-
-
-@message
-class Ray:
-    """A bearing from somewhere."""
-
-    x: float  # [m] world: from where
-    y: float  # [m]
-    azimuth: float  # [rad] world
-    sd: float  # [rad]
-
-    def bearing_to(self, x: float, y: float) -> float:
-        """Azimuth [rad] of a place [m], world, from where the ray begins."""
-        return math.atan2(y - self.y, x - self.x)
 
 
 @message

@@ -4,9 +4,10 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from core.geometry import Ray
 from core.message import Array, message
 from core.perception.people.detector import Rectangle
-from core.perception.people.fusion import Ray, Sense
+from core.perception.people.fusion import Sense
 from core.setting import Meta, Section
 
 

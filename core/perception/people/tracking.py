@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.geometry import Pose
+from core.geometry import Pose, Ray
 from core.message import Array
 from core.perception.people.appearance import (
     MIN_SIGHTS,
@@ -33,7 +33,7 @@ from core.perception.people.camera_geometry import (
     stands_at,
 )
 from core.perception.people.detector import Rectangle, find_people
-from core.perception.people.fusion import Fused, Ray, Sense, along, fuse
+from core.perception.people.fusion import Fused, Sense, along, fuse
 from core.perception.people.leg_tracks import MAX_LEGS_AGE_S, POSITION_SD, LegTrack, OtherLegs
 from core.perception.people.legs import LegCluster, find_standers
 from core.perception.people.looking import PersonLook

@@ -4,9 +4,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from core.geometry import wrap
+from core.geometry import Ray, wrap
 from core.message import message
-from core.perception.people.fusion import GATE_CHI2, Ray
+from core.perception.people.fusion import GATE_CHI2
 
 SAME_BEARING_RAD = 0.3  # within which two bearings are looked at together
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from core.geometry import wrap, wrap_all
+from core.geometry import Ray, wrap, wrap_all
 from core.message import Array, message
 
 MAX_ROUNDS = 20
@@ -22,16 +22,6 @@ MAX_PAIR_COUNT = 2000
 
 
 @message
-class Bearing:
-    """A voice heard from a place."""
-
-    x: float  # [m] of the robot's ears in the world
-    y: float  # [m]
-    azimuth: float  # [rad] in the world
-    sd: float  # [rad]
-
-
-@message
 class VoicePlace:
     """The place where the bearings cross, or the reason why there is none."""
 
@@ -41,7 +31,7 @@ class VoicePlace:
     reason: str = ""  # a sentence, when there is no position
 
 
-def cross(bearings: Sequence[Bearing]) -> VoicePlace:
+def cross(bearings: Sequence[Ray]) -> VoicePlace:
     """Bearings of one voice from several poses → its place, or the reason why there is none.
 
     The distance is never guessed: from one place only, or along one line, there is no answer.

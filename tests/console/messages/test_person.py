@@ -5,8 +5,8 @@ import pytest
 
 from console.messages import person
 from console.scene.overlays.people import strokes_of
+from core.geometry import Ray
 from core.perception.people.detector import Rectangle, SeenPart
-from core.perception.people.fusion import Ray
 from core.perception.people.tracked_person import TrackedPerson
 
 SEEN = TrackedPerson(

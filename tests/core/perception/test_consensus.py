@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from core.geometry import Pose
+from core.geometry import Pose, Ray
 from core.perception.people.consensus import Coordinate, GatheredCoordinates, consensus
-from core.perception.people.fusion import Ray, Sense
+from core.perception.people.fusion import Sense
 from core.perception.people.voice_bearing import VoiceBearing, likeliest
 
 CALLER, OTHER = (2.0, 1.0), (1.0, -1.5)

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
-from core.geometry import Pose, Transform
+from core.geometry import Pose, Ray, Transform
 from core.message import Array
 from core.perception.people.brightness import levelled
 from core.perception.people.camera_geometry import eye, off_axis
 from core.perception.people.detector import Rectangle, edge_cells, find_people
 from core.perception.people.enrollment import contour_of, learn, person_image
-from core.perception.people.fusion import Ray, along, fuse
+from core.perception.people.fusion import along, fuse
 from core.perception.people.legs import find_standers
 from core.perception.people.parts import PARTS, PeopleSettings
 from core.perception.people.search import Search

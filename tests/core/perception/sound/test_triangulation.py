@@ -5,11 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from core.perception.sound.triangulation import Bearing, _gaps, _slopes, cross
+from core.geometry import Ray
+from core.perception.sound.triangulation import _gaps, _slopes, cross
 
 
-def seen(x: float, y: float, target: tuple[float, float], error: float = 0.0, sd: float = 0.05) -> Bearing:
-    return Bearing(x=x, y=y, azimuth=math.atan2(target[1] - y, target[0] - x) + error, sd=sd)
+def seen(x: float, y: float, target: tuple[float, float], error: float = 0.0, sd: float = 0.05) -> Ray:
+    return Ray(x=x, y=y, azimuth=math.atan2(target[1] - y, target[0] - x) + error, sd=sd)
 
 
 def test_exact_bearings_cross_in_the_place():
@@ -47,7 +48,7 @@ def test_the_covariance_holds():
         ([seen(0, 0, (3, 0)), seen(0.5, 0, (3, 0)), seen(1, 0, (3, 0))], "nearly parallel"),
         ([seen(0, 0, (-3, 1)), seen(0.0, 1.0, (3, 3))], "nearly parallel"),
         ([seen(0, 0, (9, 0), sd=0.3), seen(0, 1.4, (9, 0), sd=0.3)], "too uncertain"),
-        ([Bearing(x=math.nan, y=0, azimuth=0, sd=0.1), Bearing(x=0, y=0, azimuth=0, sd=2.0)], "one place only"),
+        ([Ray(x=math.nan, y=0, azimuth=0, sd=0.1), Ray(x=0, y=0, azimuth=0, sd=2.0)], "one place only"),
     ],
 )
 def test_where_nothing_can_be_known_nothing_is_guessed(bearings, words):
