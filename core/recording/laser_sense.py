@@ -10,6 +10,7 @@ from core.recording.scans import turned_over
 from core.sensors.checks import Fault, fault
 
 MIRRORED, ASIDE = "agreement.mirrored", "agreement.mount"
+TRACK_MIRRORED = "odometry.mirrored"
 MAX_JUDGED_SCANS = 1500  # from the beginning of a log
 MIN_TURNED_RAD = math.radians(15)  # of a laser: less may come from its place on the robot
 SQUARE_RAD = math.radians(6)  # from a right angle, at which lasers are mounted mostly
@@ -25,6 +26,9 @@ def with_laser_as_driven(recording: ScanRecording, *, sense: bool = True, headin
         return recording
     read, changes = recording, list[Fault]()
     found = _disagreement(read)
+    if MIRRORED in found and any(one.code == TRACK_MIRRORED for one in read.report.faults):
+        read = _by_its_places(read)
+        found = _disagreement(read)
     if sense and MIRRORED in found:
         scans = tuple(turned_over(scan) for scan in read.scans)
         read = replace(read, scans=scans, laser=replace(read.laser, angle_min=scans[0].angle_min))
@@ -37,6 +41,21 @@ def with_laser_as_driven(recording: ScanRecording, *, sense: bool = True, headin
         changes.append(fault("mount.turned", "the laser", used=True, degrees=degrees, heading=f"{turned:.2f}"))
         found = _disagreement(read)
     return recording if found else read.with_faults(tuple(changes))
+
+
+def _by_its_places(recording: ScanRecording) -> ScanRecording:
+    """The recording whose odometry was mirrored by its headings, mirrored back by its places: the scans turn as these
+    did, so the headings were wrong.
+    """
+    assert recording.track is not None
+    believed = next(one for one in recording.report.faults if one.code == TRACK_MIRRORED)
+    report = replace(
+        recording.report,
+        faults=tuple(one for one in recording.report.faults if one != believed),
+        warnings=tuple(one for one in recording.report.warnings if one != believed.sentence),
+    )
+    back = replace(recording, track=recording.track.mirrored, report=report)
+    return back.with_faults((fault("odometry.clockwise", believed.sensor, used=True),))
 
 
 def _disagreement(recording: ScanRecording) -> dict[str, Fault]:

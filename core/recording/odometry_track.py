@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from core.geometry import Pose, rotation, wrap, wrap_all
@@ -43,6 +45,11 @@ class OdometryTrack:
         poses = np.column_stack([places, heading - heading[0]])
         twists = _differences(times, poses) if twists is None else twists[good][first]
         return OdometryTrack(times=times, poses=poses, speeds=twists[:, 0], turn_rates=twists[:, 1])
+
+    @property
+    def mirrored(self) -> OdometryTrack:
+        """The same track seen in a mirror along its first heading."""
+        return replace(self, poses=self.poses * [1.0, -1.0, -1.0], turn_rates=-self.turn_rates)
 
     def wheels_at(self, stamp: float) -> Wheels:
         """The wheels' reading at `stamp` [s], between two records in proportion, outside them held."""

@@ -84,3 +84,14 @@ def test_what_cannot_be_used_is_refused_with_its_cause(name: str, words: str) ->
 )
 def test_a_sound_recording_has_no_fault(name: str) -> None:
     assert open_log(FOLDER / name).report.faults == ()
+
+
+def test_headings_like_a_compass_are_turned_by_places_and_scans(tmp_path: Path) -> None:
+    rows = [line.split() for line in (FOLDER / "30_carmen_control.log").read_text().splitlines()]
+    for row in rows:
+        if row[0] == "FLASER":
+            for place in (-7, -4):  # headings of the laser and of the robot
+                row[place] = str(-float(row[place]))
+    (tmp_path / "compass.log").write_text("\n".join(map(" ".join, rows)))
+    error, found = mean_error(tmp_path / "compass.log")
+    assert found == {"odometry.clockwise"} and error < 2 * CONTROL_MEAN_M
