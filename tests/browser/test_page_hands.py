@@ -264,7 +264,7 @@ def test_without_a_link_stop_and_halt_say_what_happens_instead(visit: Open, cons
     expect(here.find("banner-stack")).to_contain_text("Link lost")
     expect(here.find("command-status")).to_contain_text("Commands are not sent until it is back.")
     expect(here.find(".picture-age")).to_have_text(re.compile("s old$"))
-    expect(here.find(".quality-chip")).to_have_text("Old picture")
+    expect(here.find(".quality-chip")).to_have_text("Old")
     here.button("STOP no link").click()
     expect(here.find("command-status")).to_contain_text("STOP may not arrive; the robot stops by itself")
     expect(here.find("notice-toasts")).to_contain_text("Stop could not be sent")
