@@ -163,6 +163,9 @@ def test_the_bar_of_a_mode_covers_no_wall_of_the_whole_map(visit: Open) -> None:
     }"""
     here.until(lambda: here.page.evaluate(walls, bar) == 0, "the map is below the bar")
     here.button("Cancel").click()
+    here.laid_out()
+    assert here.page.evaluate(walls, bar) == 0, "what closes moves no map"
+    here.button("Whole map").click()
     here.until(lambda: here.page.evaluate(walls, bar) > 50, "without it, the map has all of the height")
 
 

@@ -35,6 +35,19 @@ test("all of a map is in the drawing, its middle in the middle, and y is up", ()
   }
 });
 
+test("what opens beside a map moves it only where it would be covered, and it grows only by much", () => {
+  const box = { left: 0, right: 800, top: 0, bottom: 500 };
+  const [view, lower] = [FloorView.fitted(ROOM, 800, 500, 40), FloorView.fitted(ROOM, 800, 440, 40)];
+  assert.equal(view.steady(lower, ROOM, { ...box, bottom: 440 }), view, "a pill below that covers no wall");
+  const covered = { ...box, bottom: 300 };
+  const fitted = FloorView.fitted(ROOM, 800, 300, 40);
+  assert.equal(view.steady(fitted, ROOM, covered), fitted);
+  assert.equal(fitted.steady(view, ROOM, box), view, "there is room for one half larger");
+  const nearly = FloorView.fitted(ROOM, 800, 500, 100);
+  assert.equal(nearly.steady(view, ROOM, box), nearly);
+  assert.equal(view.steady(nearly, { ...ROOM, right: 9 }, box), nearly, "the map has grown out of it");
+});
+
 test("zooming leaves the point under the finger where it is, within bounds", () => {
   const view = FloorView.fitted(ROOM, 800, 600, 20);
   const under = view.floor({ x: 123, y: 456 });

@@ -106,6 +106,7 @@ class FlatMap extends Panel {
   #covered = { left: 0, top: 0, right: 0, bottom: 0 };
   /** @type {"whole" | "robot" | "free"} */
   #looks = "whole";
+  #fitted = ""; // the canvas's size [px] for which the whole map was fitted
   #status = 0; // [px] that stands below
   /** @type {Set<Layer>} */
   #layers = new Set();
@@ -381,6 +382,7 @@ class FlatMap extends Panel {
   /** @param {"whole" | "robot" | "free"} at */
   #look(at) {
     this.#looks = at;
+    this.#fitted = "";
     this.#draw();
   }
 
@@ -420,8 +422,12 @@ class FlatMap extends Panel {
     const [across, down] = [width - left - right - tools, free - status];
     const seen = state?.landmarks.length ? extentOf([...state.landmarks, state.pose]) : none;
     const margin = across > WIDE * down ? Math.min(MARGIN, WIDE_SHARE * free) : MARGIN; // else the scale is above
-    const fitted = FloorView.fitted(this.#plan?.extent ?? seen, across, down, tools ? margin : SMALL_MARGIN);
-    this.#view = new FloorView(fitted.scale, fitted.left + left, fitted.top + top);
+    const extent = this.#plan?.extent ?? seen;
+    const fitted = FloorView.fitted(extent, across, down, tools ? margin : SMALL_MARGIN);
+    const view = new FloorView(fitted.scale, fitted.left + left, fitted.top + top);
+    const box = { left, right: left + across, top, bottom: top + down };
+    this.#view = this.#fitted === `${width} ${height}` ? this.#view.steady(view, extent, box) : view;
+    this.#fitted = `${width} ${height}`;
   }
 
   /** @param {string} [picture] what the drawing shows @param {() => void} [change] done before */

@@ -5,6 +5,8 @@
 
 const CLOSEST = 400; // [px] to a metre
 const FARTHEST = 1;
+const RIM = 6; // [px] that a steady view keeps around an extent
+const MAX_GROWTH = 1.3; // so many times larger the fitted view is at most while a steady one is kept
 
 export class FloorView {
   /** @param {number} scale [px/m] @param {number} left [px] of the world's origin @param {number} top [px] */
@@ -38,6 +40,21 @@ export class FloorView {
    */
   centred({ x, y }, width, height) {
     return new FloorView(this.scale, width / 2 - this.scale * x, height / 2 + this.scale * y);
+  }
+
+  /**
+   * This view of an extent while a box shows all of it and it is not much too small, else the one that is fitted: a
+   * card that opens, or a wall more, moves no map.
+   * @param {FloorView} fitted
+   * @param {Extent} extent [m]
+   * @param {Extent} box [px]
+   */
+  steady(fitted, extent, box) {
+    const first = this.drawn({ x: extent.left, y: extent.top });
+    const last = this.drawn({ x: extent.right, y: extent.bottom });
+    const [left, top, right, bottom] = [box.left + RIM, box.top + RIM, box.right - RIM, box.bottom - RIM];
+    const shown = first.x >= left && first.y >= top && last.x <= right && last.y <= bottom;
+    return shown && fitted.scale < MAX_GROWTH * this.scale ? this : fitted;
   }
 
   /** @param {Point} floor [m] @returns {Point} [px] */
