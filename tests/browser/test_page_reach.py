@@ -437,6 +437,24 @@ def test_the_map_of_a_phone_is_flat_until_the_other_is_chosen(visit: Open) -> No
     assert here.page.evaluate("localStorage.getItem('beckon.map')") == "flat"
 
 
+@pytest.mark.parametrize("size", [DESK, PHONE])
+def test_a_saved_map_is_read_beside_what_can_be_done_with_it(
+    visit: Open, console: Running, size: tuple[int, int]
+) -> None:
+    console.ask("api/maps", {"name": "laboratory in the east"})
+    try:
+        here = visit(size=size)
+        here.open_tab("Places")
+        row = here.find("li.map").filter(has_text="laboratory in the east")
+        row.scroll_into_view_if_needed()
+        body, acts = row.locator(".map-body").bounding_box(), row.locator(".map-acts").bounding_box()
+        assert body is not None and acts is not None
+        assert body["width"] > 140 and body["height"] < 100
+        assert body["y"] + body["height"] <= acts["y"] or body["x"] + body["width"] <= acts["x"]
+    finally:
+        console.ask("api/maps/laboratory%20in%20the%20east", method="DELETE")
+
+
 def test_the_page_can_be_used_by_keys_alone(visit: Open, console: Running) -> None:
     here = visit()
     met: list[str] = []

@@ -57,7 +57,7 @@ class CommandChain extends Panel {
         ? chain.found
           ? t("command-chain.no_whole_person")
           : before
-        : `${chain.seen.name} ${chain.seen.value === null ? t("command-chain.yes") : chain.seen.value.toFixed(2)}`.trim(),
+        : `${chain.seen.name} ${chain.seen.value === null ? t("command-chain.yes") : `${Math.round(100 * chain.seen.value)}\u00a0%`}`.trim(),
       chain.laser !== null ? metres(chain.laser, 1) : chain.found ? t("command-chain.no_legs") : before,
       chain.left === null
         ? t("command-chain.not_yet")
