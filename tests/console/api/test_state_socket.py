@@ -16,6 +16,8 @@ from console.control.stop import MAX_RECORDED_STOPS
 from console.http.timeouts import TimeoutSocket
 from tests.console.live import Live, hear, say, say_at_once
 
+TOO_MANY = ['{"kind":"echo","t":1}'] * (5 * MOST_PER_SECOND)  # also for a console that had stood for a while
+
 
 def closed(line: ClientConnection, seconds: float = 10.0) -> tuple[int, str]:
     """Read until the other side closes → its code and reason."""
@@ -229,11 +231,7 @@ def test_a_message_of_another_form_is_refused_and_the_socket_lives(live: Live, m
 def test_a_flood_ends_with_1008_and_others_do_not_notice(live: Live) -> None:
     with live.open() as flood, live.open() as other:
         hear(flood, "hello")
-        for number in range(MOST_PER_SECOND + 50):
-            try:
-                say(flood, kind="echo", t=number)
-            except ConnectionClosed:
-                break
+        say_at_once(flood, TOO_MANY)
         assert closed(flood)[0] == 1008
         say(other, kind="echo", t=1)
         hear(other, "echo")
@@ -262,11 +260,7 @@ def test_a_stop_is_heard_even_from_one_who_floods(live: Live) -> None:
         hear(line, "state", true=lambda told: told["gate"]["state"] == "armed")
         newest = stops(live)
         with live.open(max_queue=None) as flood:  # it reads all that it is answered
-            for number in range(MOST_PER_SECOND - 10):
-                say(flood, kind="echo", t=number)
-            for _ in range(100):
-                flood.send('{"kind":"stop","careless":true}')
-            say(flood, kind="echo", t=-1)
+            say_at_once(flood, [*TOO_MANY[:200], *['{"kind":"stop","careless":true}'] * 100, *TOO_MANY])
             assert closed(flood)[0] == 1008
         hear(line, "state", true=lambda told: told["gate"]["reason"] == "stopped")
     assert stops(live) - newest <= 2 * MAX_RECORDED_STOPS
