@@ -62,6 +62,7 @@ def test_an_srv1_and_a_hokuyo_drive_and_see() -> None:
     robot.close()
     for part in (world, laser, base):
         part.stop()
-    assert 0.75 - 0.5 * world.left_out - 0.05 < world.truth.heading < 1.25  # left out: what a busy machine did not turn
+    not_turned = 0.5 * world.left_out  # [rad] on a busy machine
+    assert 0.7 - not_turned < world.truth.heading < 1.25
     assert sum(frame.scan is not None for frame in read) >= 14
     assert sum(frame.image is not None for frame in read) >= 8
