@@ -27,6 +27,7 @@ from tests.emulators.by_hand import serve as serve_by_hand
 from tests.emulators.foxglove import CLOCK, PERIOD, TOPICS
 from tests.emulators.own_navigation import EmulatedNavigation
 from tests.emulators.ros_messages import DESCRIPTION, PROFILE, SIMULATED_START_S, URDF, RosMessageMaker
+from tests.emulators.wires import serving
 from tests.emulators.world import World
 
 TYPES = "/rosapi/topics"  # begins the services that list topics
@@ -89,8 +90,7 @@ class RosbridgeEmulator:
     def start(self) -> None:
         self._server = serve(self._serve, "127.0.0.1", self.port, compression=None, max_size=None)
         self.port = int(self._server.socket.getsockname()[1])
-        self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
-        self._thread.start()
+        self._thread = serving(self._server)
 
     def stop(self) -> None:
         """The bridge ends; the robot does not."""

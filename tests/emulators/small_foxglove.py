@@ -14,6 +14,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import Server, ServerConnection, serve
 from websockets.typing import Subprotocol
 
+from tests.emulators.wires import serving
+
 
 class SmallFoxglove:
     """`channels`: topic, type, definition, its form. They get the numbers 1, 2, 3 …"""
@@ -48,8 +50,7 @@ class SmallFoxglove:
         self._server = serve(
             self._serve, "127.0.0.1", 0, subprotocols=[Subprotocol(self.dialect)], compression=None, max_size=None
         )
-        self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
-        self._thread.start()
+        self._thread = serving(self._server)
 
     def stop(self) -> None:
         if self._server is not None and self._thread is not None:

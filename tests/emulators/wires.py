@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from websockets.sync.server import Server
 
 LOST: OSError = ConnectionResetError("the wire was cut")
 
@@ -226,3 +227,15 @@ def malformed(rng: np.random.Generator, good: bytes) -> bytes:
     for _ in range(int(rng.integers(1, 6))):
         changed[rng.integers(len(changed))] ^= 1 << int(rng.integers(8))
     return bytes(changed)
+
+
+def serving(server: Server) -> threading.Thread:
+    """The thread of a WebSocket server, begun; one that is shut down before it has begun to serve ends as quietly."""
+
+    def serve() -> None:
+        with contextlib.suppress(OSError):
+            server.serve_forever()
+
+    thread = threading.Thread(target=serve, daemon=True)
+    thread.start()
+    return thread
