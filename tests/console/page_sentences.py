@@ -96,7 +96,7 @@ UNSAID_NAMES = (
     "self",
     "x",
 )  # of no use as the name of a hole
-CLAUSES = (
+CALLS_WITH_CLAUSES = (
     "BadRecord",
     "BadReply",
     "BadLine",
@@ -104,7 +104,7 @@ CLAUSES = (
     "LostStep",
     "drop",
     "skip",
-)  # calls that say part of a sentence
+)  # which say part of a sentence
 MAX_WAYS = 12  # in which one expression is put together
 
 
@@ -284,7 +284,7 @@ def sentences() -> dict[str, str]:
     """Every sentence that a page may show without a code, and where it is said first."""
     modules = reached()
     kinds = [kind for module in modules.values() for kind in module.kinds]
-    errors = {"BeckonError", "Problem", *CLAUSES}
+    errors = {"BeckonError", "Problem", *CALLS_WITH_CLAUSES}
     while more := {one.name for one in kinds if errors & {getattr(base, "id", "") for base in one.bases}} - errors:
         errors |= more
     found: dict[str, str] = {}

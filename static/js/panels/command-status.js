@@ -5,7 +5,7 @@ import { wordsOf } from "../net/api.js";
 import { steerRoute } from "../net/marks-api.js";
 import * as room from "../net/room-api.js";
 import { icon, iconButton, isNew, make, mark, redraw, write } from "../ui/element.js";
-import { degrees, inWords, metres } from "../ui/format.js";
+import { degrees, inWords, metres, share } from "../ui/format.js";
 import { couldCall, goesToPerson, isEmptyRoom, letCall } from "../ui/let-call.js";
 import { meter } from "../ui/meter.js";
 import { Panel } from "../ui/panel.js";
@@ -57,7 +57,7 @@ class CommandChain extends Panel {
         ? chain.found
           ? t("command-chain.no_whole_person")
           : before
-        : `${chain.seen.name} ${chain.seen.value === null ? t("command-chain.yes") : `${Math.round(100 * chain.seen.value)}\u00a0%`}`.trim(),
+        : `${chain.seen.name} ${chain.seen.value === null ? t("command-chain.yes") : share(chain.seen.value)}`.trim(),
       chain.laser !== null ? metres(chain.laser, 1) : chain.found ? t("command-chain.no_legs") : before,
       chain.left === null
         ? t("command-chain.not_yet")

@@ -3,7 +3,7 @@
 import { address } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
 import { make, nameField, onSubmit, write } from "../ui/element.js";
-import { degrees, fixed } from "../ui/format.js";
+import { degrees, fixed, share } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
@@ -64,7 +64,6 @@ class JoinCard extends Panel {
   async #show() {
     const found = await maps.match(this.#older.value, this.#newer.value);
     this.#match = found.id;
-    const share = (/** @type {number} */ value) => `${Math.round(100 * value)} %`;
     const where = `${fixed(found.x_m, 2)}, ${fixed(found.y_m, 2)} m, ${degrees(found.heading_rad)}`;
     const values = { ...found, where, same: share(found.overlap), against: share(found.conflict) };
     write(this.#words, t("join-card.newer_lies_there", values));

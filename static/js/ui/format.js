@@ -43,6 +43,11 @@ export function turnRate(value) {
   return `${degrees(value)}/s`;
 }
 
+/** A share in per cent: 0.73 → "73 %"; below one per cent with a decimal. @param {number} part 0..1 */
+export function share(part) {
+  return `${fixed(100 * part, part > 0 && part < 0.01 ? 1 : 0)} %`;
+}
+
 /** How old something is. @param {number} seconds */
 export function age(seconds) {
   if (!Number.isFinite(seconds)) return "–";

@@ -2,7 +2,7 @@
 // Wording of the picture quality figures.
 
 import { make, mark, write } from "./element.js";
-import { degrees, fixed } from "./format.js";
+import { degrees, fixed, share } from "./format.js";
 import { popover } from "./popover.js";
 import { inLanguage, t } from "./texts.js";
 
@@ -134,9 +134,6 @@ function remedies({ gain, gamma, contrast, smoothing }) {
   ].filter(Boolean);
   return done.join(", ") || t("picture-quality-figures.as_it_comes");
 }
-
-/** @param {number} part */
-const share = (part) => `${fixed(100 * part, part > 0 && part < 0.01 ? 1 : 0)} %`;
 
 /** @param {number | null} width */
 const pixels = (width) => (width === null ? "–" : `${fixed(width, 1)} px`);

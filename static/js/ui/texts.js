@@ -22,7 +22,7 @@ let complete = language === "en"; // nothing is left to fetch
 
 const HOLE = /\{(\w+)\}/g;
 const SENTENCE = /^\S+ .*\S .*[.!?…]$/s; // of three words at least
-const CLAUSES = /^(detail|reason|refused|trouble|warnings|why)$/; // keys under which also less than a sentence stands
+const CLAUSE_KEYS = /^(detail|reason|refused|trouble|warnings|why)$/; // under which also less than a sentence stands
 const FETCH_MS = 1000; // after which a sentence is shown in English
 const MOST_KEPT = 500; // sentences whose translation is remembered
 
@@ -128,7 +128,7 @@ export const learn = async (content) => {
 /** @param {string} name @param {unknown} value of that name @returns {boolean} */
 function hasUnknown(name, value) {
   if (typeof value === "string")
-    return (SENTENCE.test(value) || (CLAUSES.test(name) && / .* /.test(value))) && lookedUp(value) === null;
+    return (SENTENCE.test(value) || (CLAUSE_KEYS.test(name) && / .* /.test(value))) && lookedUp(value) === null;
   if (Array.isArray(value)) return typeof value[0] !== "number" && value.some((one) => hasUnknown(name, one));
   return Object.entries(value ?? {}).some(([key, one]) => typeof one !== "number" && hasUnknown(key, one));
 }
