@@ -298,7 +298,8 @@ def test_who_only_watches_cannot_drive_but_can_stop(visit: Open, console: Runnin
     watcher.wait(0.3)
     watcher.page.keyboard.up("w")
     driver.still()
-    told = driver.told(lambda: driver.say("turn left"), "cancelled", then=lambda: watcher.button("STOP").click())
+    stop = watcher.button("STOP")  # pressed at once: a page that draws slowly is not waited for, the turn would end
+    told = driver.told(lambda: driver.say("turn left"), "cancelled", then=lambda: stop.click(force=True))
     assert "viewer" in told["remark"]
     driver.still()
     watcher.say("stop")
